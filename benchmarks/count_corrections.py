@@ -5,7 +5,7 @@ Run: OMP_NUM_THREADS=1 python benchmarks/count_corrections.py [SET ...] [--data 
 A simulated person knows the true rooms and mends the reading of `structure`, one correction at a time: merges the
 parts of a true room, splits a room along a straight line between two true ones, draws a room that is missing, and
 deletes one that is no room. All rooms are right if F1 is 100: each true room matches one room with an IoU above 0.5,
-and each room a true one, as in `pianta bench segmentation`. A person who is less careful needs more, a cleverer one fewer.
+and each room a true one, as in `pianta bench segmentation`. A person who is less careful needs more corrections.
 """
 
 from __future__ import annotations
@@ -24,8 +24,8 @@ from numpy.typing import NDArray
 from shapely import LineString, Polygon
 from sklearn.svm import LinearSVC
 
-from pianta.corrections._places import place_in
-from pianta.corrections.by_id import merge_by_id, place_of
+from pianta.corrections._positions import position_in
+from pianta.corrections.by_id import merge_by_id, position_of
 from pianta.corrections.correct import correct
 from pianta.corrections.kinds import Correction, DeleteRoom, DrawRoom, SplitRoom
 from pianta.errors import CorrectionError
@@ -171,7 +171,7 @@ def propose(compared: Comparison) -> Iterator[Correction]:
         if covered < INSIDE_SHARE * compared.true_area[true_room]:
             yield DrawRoom(tuple(outline_true_room(compared.truth == true_room, compared.true_map)))
     for room in compared.wrong:
-        yield DeleteRoom(place_of(compared.floor, room))
+        yield DeleteRoom(position_of(compared.floor, room))
 
 
 def propose_merges(compared: Comparison) -> Iterator[Correction]:
@@ -220,7 +220,7 @@ def fit_border(sides: list[NDArray[np.intp]], room: Polygon, true_map: TrueMap) 
     piece = min(pieces, key=lambda each: each.distance(near))
     parts = [largest_part(shapely.MultiPoint(each).buffer(0.1)) for each in points]
     ends = tuple((float(x), float(y)) for x, y in piece.coords)
-    return SplitRoom(ends, (place_in(parts[0]), place_in(parts[1])))
+    return SplitRoom(ends, (position_in(parts[0]), position_in(parts[1])))
 
 
 def outline_true_room(cells: NDArray[np.bool_], true_map: TrueMap) -> list[tuple[float, float]]:

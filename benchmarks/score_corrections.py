@@ -25,8 +25,8 @@ import numpy as np
 import shapely
 from shapely import LineString, Point, Polygon
 
-from pianta.corrections._places import middle_of, place_in
-from pianta.corrections.by_id import merge_by_id, place_of, split_by_id
+from pianta.corrections._positions import middle_of, position_in
+from pianta.corrections.by_id import merge_by_id, position_of, split_by_id
 from pianta.corrections.correct import correct_all
 from pianta.corrections.kinds import (
     Correction,
@@ -244,7 +244,7 @@ def choose_corrections(floor: Floor) -> Iterator[Callable[[Floor], Correction]]:
 
 def find_place(floor: Floor, room: Room) -> tuple[float, float]:
     """A place in a room that may have been merged or split since."""
-    return place_of(floor, room.id) if room.id in floor else place_in(room.polygon)
+    return position_of(floor, room.id) if room.id in floor else position_in(room.polygon)
 
 
 def merge_neighbours(floor: Floor, door: Door) -> Correction:
@@ -259,7 +259,7 @@ def split_largest(floor: Floor) -> Correction:
     corners = shapely.get_coordinates(box)
     sides = np.diff(corners[:3], axis=0)
     across = sides[np.hypot(*sides.T).argmin()]
-    middle = np.array(place_of(floor, room.id))
+    middle = np.array(position_of(floor, room.id))
     cut = shapely.intersection(LineString([middle - across, middle + across]), room.polygon)
     piece = min(shapely.get_parts(cut), key=lambda part: part.distance(Point(middle)))
     return split_by_id(floor, room.id, tuple((round(x, 3), round(y, 3)) for x, y in piece.coords))

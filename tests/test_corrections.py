@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from shapely import LineString, box
 
-from pianta.corrections.by_id import label_by_id, merge_by_id, outline_of, place_of, split_by_id
+from pianta.corrections.by_id import label_by_id, merge_by_id, outline_of, position_of, split_by_id
 from pianta.corrections.correct import correct, correct_all, invert
 from pianta.corrections.corrections_file import parse_corrections, read_corrections, save_corrections
 from pianta.corrections.kinds import (
@@ -190,7 +190,7 @@ ALL: tuple[Correction, ...] = (
     MoveDoor((1.5, 1.9), ((4.1, 3), (4.1, 4))),
     DeleteDoor((1.5, 1.9)),
     ChangeDoor((1.5, 1.9), "opening"),
-    NameRoom(place_of(FLOOR, 1), "Küche"),
+    NameRoom(position_of(FLOOR, 1), "Küche"),
     label_by_id(FLOOR, 3, "hall"),
     SetType("school"),
     ScaleToLength(((0, 2), (4, 2)), 6.0),
@@ -250,7 +250,7 @@ def test_an_inverse_is_refused_after_a_later_correction():
 def test_corrections_that_do_not_fit_are_left_out_and_explained():
     corrected, outcomes = correct_all(FLOOR, [NameRoom((90, 90), "x"), NameRoom((2, 3), "y"), NameRoom((2, 3), "y")])
     assert [outcome.changed for outcome in outcomes] == [False, True, False]
-    assert outcomes[0].problem == "there is no room at (90.00, 90.00), give a place inside a room"
+    assert outcomes[0].problem == "there is no room at (90.00, 90.00), give a position inside a room"
     assert corrected == FLOOR.rename(1, "y")
 
 
@@ -264,7 +264,7 @@ def test_any_merge_and_split_keeps_the_area_and_the_other_rooms(data, seed):
     assert [room for room in merged if room.id not in first] == [room for room in floor if room.id not in first]
     room = data.draw(st.sampled_from(floor.rooms))
     angle = data.draw(st.floats(0, pi))
-    middle, reach = np.array(place_of(floor, room.id)), 50 * np.array([cos(angle), sin(angle)])
+    middle, reach = np.array(position_of(floor, room.id)), 50 * np.array([cos(angle), sin(angle)])
     split = floor.split(room.id, [tuple(middle - reach), tuple(middle + reach)])
     parts = [each for each in split if each.id == room.id or each.id > floor.last_id]
     assert sum(part.polygon.area for part in parts) == pytest.approx(room.polygon.area)
@@ -280,11 +280,14 @@ class TestFile:
         ("item", "message"),
         [
             ({"kind": "mrge"}, "correction 1: its kind is 'mrge', give one of merge, "),
-            ({"kind": "merge", "places": [[1, 2]]}, "correction 1: merge: places: "),
-            ({"kind": "name", "place": [1, "2"], "name": "x"}, "place[1]: Input should be a valid number, found '2'"),
-            ({"kind": "delete room", "place": [1, 1e300]}, "place[1]: Input should be less than"),
-            ({"kind": "delete room", "place": [1, 2], "id": 3}, "correction 1: delete room: id: "),
-            ({"kind": "delete room"}, "correction 1: delete room: place: "),
+            ({"kind": "merge", "positions": [[1, 2]]}, "correction 1: merge: positions: "),
+            (
+                {"kind": "name", "position": [1, "2"], "name": "x"},
+                "position[1]: Input should be a valid number, found '2'",
+            ),
+            ({"kind": "delete room", "position": [1, 1e300]}, "position[1]: Input should be less than"),
+            ({"kind": "delete room", "position": [1, 2], "id": 3}, "correction 1: delete room: id: "),
+            ({"kind": "delete room"}, "correction 1: delete room: position: "),
         ],
     )
     def test_a_damaged_correction_is_named(self, item, message):

@@ -185,9 +185,9 @@ class TestEdits:
             ({"kind": "outside", "room": 2}, "outside"),
             ({"kind": "outside", "outline": [[4.1, 1.9], [8.3, 1.9], [8.3, 5.1], [4.1, 5.1]]}, "outside"),
             ({"kind": "draw door", "line": [[4.1, 3], [4.1, 4]], "door": "opening"}, "draw door"),
-            ({"kind": "move door", "place": [1.5, 1.9], "line": [[2, 1.9], [3, 1.9]]}, "move door"),
-            ({"kind": "delete door", "place": [1.5, 1.9]}, "delete door"),
-            ({"kind": "change door", "place": [1.5, 1.9], "door": "opening"}, "change door"),
+            ({"kind": "move door", "position": [1.5, 1.9], "line": [[2, 1.9], [3, 1.9]]}, "move door"),
+            ({"kind": "delete door", "position": [1.5, 1.9]}, "delete door"),
+            ({"kind": "change door", "position": [1.5, 1.9], "door": "opening"}, "change door"),
             ({"kind": "label", "room": 1, "label": "KITCHEN"}, "label"),
             ({"kind": "label", "room": 1, "label": None}, "label"),
             ({"kind": "name", "room": 2, "name": None}, "name"),
@@ -221,7 +221,7 @@ class TestEdits:
             ({"kind": "label", "room": 1, "label": "OFFICE"}, "the floor is so already"),
             ({"kind": "name", "room": 1, "name": "x" * 201}, "name"),
             ({"kind": "name", "room": 1, "name": "A", "more": 1}, "more"),
-            ({"kind": "delete door", "place": [50, 50]}, "no door is within"),
+            ({"kind": "delete door", "position": [50, 50]}, "no door is within"),
             ({"kind": "area", "room": 1, "area": -4}, "area"),
             ({"kind": "length", "line": [[0, 0], [1e300, 0]], "length": 4}, "line"),
             ({"kind": "dance", "room": 1}, "kind"),
@@ -237,11 +237,11 @@ class TestEdits:
 
     def test_a_damaged_list_is_refused_with_the_number(self, reader):
         merged = reader.edit([], **MERGE).json["corrections"]
-        answer = reader.edit([*merged, {"kind": "merge", "places": 3}], **MERGE)
+        answer = reader.edit([*merged, {"kind": "merge", "positions": 3}], **MERGE)
         assert (answer.status, answer.error[:13]) == (422, "correction 2:")
 
     def test_corrections_that_do_not_fit_are_kept_with_their_problem(self, reader):
-        lost = {"kind": "name", "place": [50.0, 50.0], "name": "A"}
+        lost = {"kind": "name", "position": [50.0, 50.0], "name": "A"}
         body = {"version": reader.version(), "corrections": [lost]}
         (correction,) = reader.post("api/maps/0/apply", body).json["corrections"]
         assert "there is no room at (50.00, 50.00)" in correction["problem"]

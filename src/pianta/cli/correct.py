@@ -11,7 +11,7 @@ from typing import Annotated
 import typer
 
 from pianta.cli.terminal import Quiet, describe_floor, print_result
-from pianta.corrections.by_id import label_by_id, merge_by_id, outline_of, place_of, split_by_id
+from pianta.corrections.by_id import label_by_id, merge_by_id, outline_of, position_of, split_by_id
 from pianta.corrections.kinds import (
     XY,
     ChangeDoor,
@@ -182,7 +182,7 @@ def _read_area(floor: Floor, text: str) -> Points:
 
 
 def _read_room_area(floor: Floor, room: str, size: str) -> ScaleToArea:
-    return ScaleToArea(place_of(floor, _read_id(room)), _read_number(size))
+    return ScaleToArea(position_of(floor, _read_id(room)), _read_number(size))
 
 
 _FORMS: Mapping[str, _Form] = MappingProxyType(
@@ -190,16 +190,20 @@ _FORMS: Mapping[str, _Form] = MappingProxyType(
         "--merge": _Form("ID ID …", lambda floor, *ids: merge_by_id(floor, map(_read_id, ids)), repeats=True),
         "--split": _Form("ID LINE", lambda floor, room, line: split_by_id(floor, _read_id(room), _read_points(line))),
         "--room": _Form("OUTLINE", lambda _, outline: DrawRoom(_read_points(outline, least=3))),
-        "--delete": _Form("ID", lambda floor, room: DeleteRoom(place_of(floor, _read_id(room)))),
+        "--delete": _Form("ID", lambda floor, room: DeleteRoom(position_of(floor, _read_id(room)))),
         "--outside": _Form("ID|OUTLINE", lambda floor, area: MarkOutside(_read_area(floor, area))),
-        "--name": _Form("ID TEXT", lambda floor, room, name: NameRoom(place_of(floor, _read_id(room)), name or None)),
+        "--name": _Form(
+            "ID TEXT", lambda floor, room, name: NameRoom(position_of(floor, _read_id(room)), name or None)
+        ),
         "--label": _Form("ID LABEL", lambda floor, room, label: label_by_id(floor, _read_id(room), label)),
         "--door": _Form("LINE", lambda _, line: DrawDoor(_read_points(line))),
         "--opening": _Form("LINE", lambda _, line: DrawDoor(_read_points(line), "opening")),
-        "--delete-door": _Form("POINT", lambda _, place: DeleteDoor(_read_point(place))),
-        "--move-door": _Form("POINT LINE", lambda _, place, line: MoveDoor(_read_point(place), _read_points(line))),
-        "--to-door": _Form("POINT", lambda _, place: ChangeDoor(_read_point(place), "door")),
-        "--to-opening": _Form("POINT", lambda _, place: ChangeDoor(_read_point(place), "opening")),
+        "--delete-door": _Form("POINT", lambda _, position: DeleteDoor(_read_point(position))),
+        "--move-door": _Form(
+            "POINT LINE", lambda _, position, line: MoveDoor(_read_point(position), _read_points(line))
+        ),
+        "--to-door": _Form("POINT", lambda _, position: ChangeDoor(_read_point(position), "door")),
+        "--to-opening": _Form("POINT", lambda _, position: ChangeDoor(_read_point(position), "opening")),
         "--type": _Form("NAME", lambda _, name: SetType(name or None)),
         "--length": _Form("LINE METRES", lambda _, line, size: ScaleToLength(_read_points(line), _read_number(size))),
         "--area": _Form("ID M²", _read_room_area),

@@ -8,7 +8,7 @@ import numpy as np
 import shapely
 from shapely import LineString, Point
 
-from pianta.corrections._places import draw_line, find_door, find_nearest_room
+from pianta.corrections._positions import draw_line, find_door, find_nearest_room
 from pianta.corrections.kinds import ChangeDoor, DeleteDoor, DoorKind, DrawDoor, MoveDoor, Points, describe_points
 from pianta.errors import CorrectionError
 from pianta.floor import Door, Floor
@@ -28,20 +28,20 @@ def draw_door(floor: Floor, correction: DrawDoor) -> Floor:
 
 def move_door(floor: Floor, correction: MoveDoor) -> Floor:
     """The floor with a door elsewhere."""
-    door = find_door(floor, correction.place)
+    door = find_door(floor, correction.position)
     without = replace(floor, doors=tuple(each for each in floor.doors if each is not door))
     return _add_door(without, correction.line, door.kind)
 
 
 def delete_door(floor: Floor, correction: DeleteDoor) -> Floor:
     """The floor without a door or opening."""
-    door = find_door(floor, correction.place)
+    door = find_door(floor, correction.position)
     return replace(floor, doors=tuple(each for each in floor.doors if each is not door))
 
 
 def change_door(floor: Floor, correction: ChangeDoor) -> Floor:
     """The floor with an opening instead of a door, or the other way round."""
-    door = find_door(floor, correction.place)
+    door = find_door(floor, correction.position)
     if door.kind == correction.door:
         return floor
     changed = replace(door, kind=correction.door, probability=1.0)
@@ -78,7 +78,7 @@ def _find_beside(floor: Floor, line: LineString, side: int) -> int | None:
 
 
 def _is_same(one: Door, other: Door) -> bool:
-    """Whether two doors join the same rooms at the same place in the same way."""
+    """Whether two doors join the same rooms at the same position in the same way."""
     if one.rooms != other.rooms or one.kind != other.kind:
         return False
     middle = Point(other.line.interpolate(0.5, normalized=True))

@@ -8,7 +8,7 @@ from dataclasses import replace
 import shapely
 from shapely import Polygon
 
-from pianta.corrections._places import (
+from pianta.corrections._positions import (
     NEAR_ROOM,
     draw_line,
     draw_outline,
@@ -38,10 +38,10 @@ SAME_IOU = 0.8
 
 
 def merge_rooms(floor: Floor, correction: MergeRooms) -> Floor:
-    """The rooms at the places as one, with the oldest id, and the label of the largest."""
-    merging = {room.id: room for room in (find_room(floor, place) for place in correction.places)}
-    if len(correction.places) < 2:
-        raise CorrectionError("one place alone names no rooms to merge, give two or more")
+    """The rooms at the positions as one, with the oldest id, and the label of the largest."""
+    merging = {room.id: room for room in (find_room(floor, position) for position in correction.positions)}
+    if len(correction.positions) < 2:
+        raise CorrectionError("one position alone names no rooms to merge, give two or more")
     if len(merging) == 1:
         return floor
     rooms = sorted(merging.values(), key=lambda room: (-room.polygon.area, room.id))
@@ -106,8 +106,8 @@ def draw_room(floor: Floor, correction: DrawRoom) -> Floor:
     parts = [part for part in shapely.get_parts(shapely.difference(outline, others)) if isinstance(part, Polygon)]
     polygon = max(parts, key=lambda part: part.area, default=Polygon())
     if polygon.area < max(MIN_ROOM, MIN_FREE_SHARE * outline.area):
-        place = describe_points((outline.centroid.x, outline.centroid.y))
-        raise CorrectionError(f"other rooms are where the room at {place} is drawn, split or delete these first")
+        position = describe_points((outline.centroid.x, outline.centroid.y))
+        raise CorrectionError(f"other rooms are where the room at {position} is drawn, split or delete these first")
     new = Room(floor.last_id + 1, polygon, probability=1.0)
     doors = [
         replace(door, rooms=(door.rooms[0], new.id))
@@ -120,7 +120,7 @@ def draw_room(floor: Floor, correction: DrawRoom) -> Floor:
 
 def delete_room(floor: Floor, correction: DeleteRoom) -> Floor:
     """The floor without a room and without its doors."""
-    room = find_nearest_room(floor.rooms, correction.place, reach=0)
+    room = find_nearest_room(floor.rooms, correction.position, reach=0)
     if room is None:
         return floor
     return _replace_room(floor, room, [], lambda doors: [door for door in doors if room.id not in door.room_ids])
@@ -139,13 +139,13 @@ def mark_outside(floor: Floor, correction: MarkOutside) -> Floor:
 
 def name_room(floor: Floor, correction: NameRoom) -> Floor:
     """The floor with another name of a room."""
-    room = find_room(floor, correction.place)
+    room = find_room(floor, correction.position)
     return _change_room(floor, replace(room, name=correction.name or None))
 
 
 def label_room(floor: Floor, correction: LabelRoom) -> Floor:
     """The floor with another label of a room, without the probabilities of the labels that were predicted."""
-    room = find_room(floor, correction.place)
+    room = find_room(floor, correction.position)
     if room.label == correction.label and not room.label_probabilities:
         return floor
     return _change_room(floor, replace(room, label=correction.label, labels={}, label_probabilities={}))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from difflib import get_close_matches
 
-from pianta.corrections._places import draw_line, draw_outline, place_in
+from pianta.corrections._positions import draw_line, draw_outline, position_in
 from pianta.corrections._shapes import split_shape
 from pianta.corrections.kinds import XY, LabelRoom, MergeRooms, Points, SplitRoom
 from pianta.errors import CorrectionError
@@ -24,9 +24,9 @@ def find_by_id(floor: Floor, room_id: int) -> Room:
     return floor[room_id]
 
 
-def place_of(floor: Floor, room_id: int) -> XY:
-    """A place deep inside a room."""
-    return place_in(find_by_id(floor, room_id).polygon)
+def position_of(floor: Floor, room_id: int) -> XY:
+    """A position deep inside a room."""
+    return position_in(find_by_id(floor, room_id).polygon)
 
 
 def merge_by_id(floor: Floor, room_ids: Iterable[int]) -> MergeRooms:
@@ -34,7 +34,7 @@ def merge_by_id(floor: Floor, room_ids: Iterable[int]) -> MergeRooms:
     ids = [*dict.fromkeys(room_ids)]
     if len(ids) < 2:
         raise CorrectionError("one room alone cannot be merged, give the ids of two or more")
-    return MergeRooms(tuple(place_of(floor, room_id) for room_id in ids))
+    return MergeRooms(tuple(position_of(floor, room_id) for room_id in ids))
 
 
 def split_by_id(floor: Floor, room_id: int, line: Points) -> SplitRoom:
@@ -42,7 +42,7 @@ def split_by_id(floor: Floor, room_id: int, line: Points) -> SplitRoom:
     parts, _ = split_shape(find_by_id(floor, room_id).polygon, draw_line(line))
     if len(parts) < 2:
         raise CorrectionError(f"the line does not divide room {room_id}, draw it from wall to wall")
-    return SplitRoom(line, (place_in(parts[0]), place_in(parts[1])))
+    return SplitRoom(line, (position_in(parts[0]), position_in(parts[1])))
 
 
 def outline_of(floor: Floor, room_id: int) -> Points:
@@ -61,4 +61,4 @@ def label_by_id(floor: Floor, room_id: int, label: str | None) -> LabelRoom:
     if name is not None and name not in labels:
         similar = get_close_matches(name, sorted(labels)) or sorted(labels)[:5]
         raise CorrectionError(f"label {name[:50]!r} is in no schema, give one such as {', '.join(similar)}")
-    return LabelRoom(place_of(floor, room_id), name)
+    return LabelRoom(position_of(floor, room_id), name)

@@ -9,7 +9,7 @@ from types import MappingProxyType
 from typing import Any
 
 from pianta.corrections import _doors, _rooms
-from pianta.corrections._places import draw_line, find_room
+from pianta.corrections._positions import draw_line, find_room
 from pianta.corrections.kinds import (
     ChangeDoor,
     Correction,
@@ -115,7 +115,7 @@ def _scale_to_length(floor: Floor, correction: ScaleToLength) -> Floor:
 
 def _scale_to_area(floor: Floor, correction: ScaleToArea) -> Floor:
     _check_positive(correction.area, f"an area of {correction.area} m²")
-    room = find_room(floor, correction.place)
+    room = find_room(floor, correction.position)
     return _scale(floor, sqrt(correction.area / room.polygon.area), f"an area of {correction.area} m²")
 
 

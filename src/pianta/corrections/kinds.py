@@ -1,7 +1,7 @@
-"""Corrections as data: what a person says about a floor, at places of the map frame and not by ids.
+"""Corrections as data: what a person says about a floor, at positions of the map frame and not by ids.
 
-A place is a point deep inside a room, or the middle of a door. So a correction still holds when the map is read again
-and rooms have other outlines or ids. All coordinates are metres of the map frame.
+A position is a point deep inside a room, or the middle of a door. So a correction still holds when the map is read
+again and rooms have other outlines or ids. All coordinates are metres of the map frame.
 """
 
 from __future__ import annotations
@@ -49,17 +49,17 @@ def _with_article(door: DoorKind) -> str:
 
 @dataclass(frozen=True)
 class MergeRooms(_Checked):
-    """The rooms at these places are one room."""
+    """The rooms at these positions are one room."""
 
-    places: Points
+    positions: Points
 
     def __str__(self) -> str:
-        return f"merge the rooms at {describe_points(*self.places)}"
+        return f"merge the rooms at {describe_points(*self.positions)}"
 
 
 @dataclass(frozen=True)
 class SplitRoom(_Checked):
-    """A border divides a room; the two sides are places in different rooms. line: from wall to wall."""
+    """A border divides a room; the two sides are positions in different rooms. line: from wall to wall."""
 
     line: Points
     sides: tuple[XY, XY]
@@ -80,12 +80,12 @@ class DrawRoom(_Checked):
 
 @dataclass(frozen=True)
 class DeleteRoom(_Checked):
-    """There is no room at this place, and no door to it."""
+    """There is no room at this position, and no door to it."""
 
-    place: XY
+    position: XY
 
     def __str__(self) -> str:
-        return f"no room at {describe_points(self.place)}"
+        return f"no room at {describe_points(self.position)}"
 
 
 @dataclass(frozen=True)
@@ -111,58 +111,59 @@ class DrawDoor(_Checked):
 
 @dataclass(frozen=True)
 class MoveDoor(_Checked):
-    """The door at a place is elsewhere. line: from jamb to jamb."""
+    """The door at a position is elsewhere. line: from jamb to jamb."""
 
-    place: XY
+    position: XY
     line: Points
 
     def __str__(self) -> str:
-        return f"the door at {describe_points(self.place)} is at {describe_points(*self.line)}"
+        return f"the door at {describe_points(self.position)} is at {describe_points(*self.line)}"
 
 
 @dataclass(frozen=True)
 class DeleteDoor(_Checked):
-    """There is no door or opening at this place."""
+    """There is no door or opening at this position."""
 
-    place: XY
+    position: XY
 
     def __str__(self) -> str:
-        return f"no door at {describe_points(self.place)}"
+        return f"no door at {describe_points(self.position)}"
 
 
 @dataclass(frozen=True)
 class ChangeDoor(_Checked):
-    """What is at this place is a door, or an opening."""
+    """What is at this position is a door, or an opening."""
 
-    place: XY
+    position: XY
     door: DoorKind
 
     def __str__(self) -> str:
-        return f"what is at {describe_points(self.place)} is {_with_article(self.door)}"
+        return f"what is at {describe_points(self.position)} is {_with_article(self.door)}"
 
 
 @dataclass(frozen=True)
 class NameRoom(_Checked):
-    """The room at a place has this name; None for no name."""
+    """The room at a position has this name; None for no name."""
 
-    place: XY
+    position: XY
     name: Text | None
 
     def __str__(self) -> str:
-        return f"the room at {describe_points(self.place)} has {f'the name {self.name!r}' if self.name else 'no name'}"
+        return (
+            f"the room at {describe_points(self.position)} has {f'the name {self.name!r}' if self.name else 'no name'}"
+        )
 
 
 @dataclass(frozen=True)
 class LabelRoom(_Checked):
-    """The room at a place is for this purpose; None for an unknown one."""
+    """The room at a position is for this purpose; None for an unknown one."""
 
-    place: XY
+    position: XY
     label: Text | None
 
     def __str__(self) -> str:
-        return (
-            f"the room at {describe_points(self.place)} has {f'the label {self.label}' if self.label else 'no label'}"
-        )
+        label = f"the label {self.label}" if self.label else "no label"
+        return f"the room at {describe_points(self.position)} has {label}"
 
 
 @dataclass(frozen=True)
@@ -188,13 +189,13 @@ class ScaleToLength(_Checked):
 
 @dataclass(frozen=True)
 class ScaleToArea(_Checked):
-    """The room at a place has this area, m². All later corrections are in the new metres."""
+    """The room at a position has this area, m². All later corrections are in the new metres."""
 
-    place: XY
+    position: XY
     area: Size
 
     def __str__(self) -> str:
-        return f"the room at {describe_points(self.place)} has {self.area:g} m²"
+        return f"the room at {describe_points(self.position)} has {self.area:g} m²"
 
 
 Correction: TypeAlias = (
@@ -235,8 +236,8 @@ KINDS = MappingProxyType(
     }
 )
 # Members that are a point, and members that are several points.
-_POINTS = ("place",)
-_PATHS = ("places", "line", "sides", "outline")
+_POINTS = ("position",)
+_PATHS = ("positions", "line", "sides", "outline")
 
 
 def name_kind(correction: Correction) -> str:
@@ -244,10 +245,10 @@ def name_kind(correction: Correction) -> str:
     return next(name for name, each in KINDS.items() if each is type(correction))
 
 
-def check_places(*places: XY) -> None:
-    """Raise CorrectionError for points that are no places of a map frame."""
-    if not (np.abs(np.array(places, float)) <= MAX_COORDINATE).all():
-        raise CorrectionError(f"{describe_points(*places)} is no place, give metres of the map frame")
+def check_positions(*positions: XY) -> None:
+    """Raise CorrectionError for points that are no positions of a map frame."""
+    if not (np.abs(np.array(positions, float)) <= MAX_COORDINATE).all():
+        raise CorrectionError(f"{describe_points(*positions)} is no position, give metres of the map frame")
 
 
 def move_correction(correction: AnyCorrection, move: Callable[[Floats], Floats]) -> AnyCorrection:

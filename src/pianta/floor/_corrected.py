@@ -25,7 +25,7 @@ class Correctable:
         Returns
         -------
         Floor
-            The floor with one room in their place. Doors between them are gone.
+            The floor with one room in their position. Doors between them are gone.
 
         Raises
         ------
@@ -125,7 +125,7 @@ class Correctable:
         """
         from pianta.corrections.kinds import DeleteRoom
 
-        return self.correct(DeleteRoom(self._place(room)))
+        return self.correct(DeleteRoom(self._position(room)))
 
     def mark_outside(self, area: int | Points) -> Self:
         """Mark an area as outside of the building; doors to it are entrances.
@@ -180,7 +180,7 @@ class Correctable:
         """
         from pianta.corrections.kinds import NameRoom
 
-        return self.correct(NameRoom(self._place(room), name))
+        return self.correct(NameRoom(self._position(room), name))
 
     def relabel(self, room: int, label: str | None) -> Self:
         """Label a room by hand; `label_rooms` keeps the label.
@@ -230,12 +230,12 @@ class Correctable:
 
         return self.correct(DrawDoor(tuple(line), door_kind))
 
-    def move_door(self, place: XY, line: Points) -> Self:
-        """Move the door at a place.
+    def move_door(self, position: XY, line: Points) -> Self:
+        """Move the door at a position.
 
         Parameters
         ----------
-        place
+        position
             x, y on the door, metres in the map frame.
         line
             x, y of both jambs where it belongs.
@@ -248,18 +248,18 @@ class Correctable:
         Raises
         ------
         CorrectionError
-            There is no door at the place, or no room beside the line.
+            There is no door at the position, or no room beside the line.
         """
         from pianta.corrections.kinds import MoveDoor
 
-        return self.correct(MoveDoor(place, tuple(line)))
+        return self.correct(MoveDoor(position, tuple(line)))
 
-    def delete_door(self, place: XY) -> Self:
-        """Delete the door or opening at a place.
+    def delete_door(self, position: XY) -> Self:
+        """Delete the door or opening at a position.
 
         Parameters
         ----------
-        place
+        position
             x, y on it, metres in the map frame.
 
         Returns
@@ -270,11 +270,11 @@ class Correctable:
         Raises
         ------
         CorrectionError
-            There is no door at the place.
+            There is no door at the position.
         """
         from pianta.corrections.kinds import DeleteDoor
 
-        return self.correct(DeleteDoor(place))
+        return self.correct(DeleteDoor(position))
 
     def correct(self, correction: Correction) -> Self:
         """Apply a correction.
@@ -304,7 +304,7 @@ class Correctable:
         """The floor itself."""
         return self
 
-    def _place(self, room: int) -> XY:
-        from pianta.corrections.by_id import place_of
+    def _position(self, room: int) -> XY:
+        from pianta.corrections.by_id import position_of
 
-        return place_of(self._floor, room)
+        return position_of(self._floor, room)

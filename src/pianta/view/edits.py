@@ -1,4 +1,4 @@
-"""Edits of the page, which name rooms by their ids, as corrections, which name places."""
+"""Edits of the page, which name rooms by their ids, as corrections, which name positions."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 
-from pianta.corrections.by_id import label_by_id, merge_by_id, outline_of, place_of, split_by_id
+from pianta.corrections.by_id import label_by_id, merge_by_id, outline_of, position_of, split_by_id
 from pianta.corrections.corrections_file import parse_correction
 from pianta.corrections.kinds import (
     Correction,
@@ -31,7 +31,7 @@ def read_edit(floor: Floor, edit: Mapping[str, Any]) -> Correction:
     """The correction that an edit of a floor means.
 
     edit: an object of JSON with a `kind`, as in corrections.json, but with the members `room` or `rooms`, ids, in the
-    place of `place` or `places`; a split has no `sides`.
+    position of `position` or `positions`; a split has no `sides`.
 
     Raises CorrectionError, in one line, for an edit of another form, or of a room that the floor does not have.
     """
@@ -73,7 +73,7 @@ class _Delete(_EditOfRoom):
     kind: Literal["delete room"]
 
     def correct(self, floor: Floor) -> Correction:
-        return DeleteRoom(place_of(floor, self.room))
+        return DeleteRoom(position_of(floor, self.room))
 
 
 class _Outside(_EditOfRoom):
@@ -88,7 +88,7 @@ class _Name(_EditOfRoom):
     name: Text | None
 
     def correct(self, floor: Floor) -> Correction:
-        return NameRoom(place_of(floor, self.room), self.name)
+        return NameRoom(position_of(floor, self.room), self.name)
 
 
 class _Label(_EditOfRoom):
@@ -104,7 +104,7 @@ class _Area(_EditOfRoom):
     area: Size
 
     def correct(self, floor: Floor) -> Correction:
-        return ScaleToArea(place_of(floor, self.room), self.area)
+        return ScaleToArea(position_of(floor, self.room), self.area)
 
 
 _Edit = Annotated[_Merge | _Split | _Delete | _Outside | _Name | _Label | _Area, Field(discriminator="kind")]

@@ -9,7 +9,7 @@ from typing import Any
 
 from shapely import Polygon
 
-from pianta.corrections._places import place_in
+from pianta.corrections._positions import position_in
 from pianta.corrections.correct import Outcome
 from pianta.corrections.corrections_file import describe_correction
 from pianta.corrections.kinds import XY
@@ -107,4 +107,4 @@ def _list_edges(floor: Floor) -> list[list[XY]]:
 
 @lru_cache(KEPT_CENTRES)
 def _centre_of(polygon: Polygon) -> XY:
-    return place_in(polygon)
+    return position_in(polygon)

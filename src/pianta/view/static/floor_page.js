@@ -195,7 +195,7 @@ export class FloorPage {
   _findAgain(thing) {
     if (!thing) return null;
     if (thing.rings) return this.shapes.byId.get(thing.id) ?? null;
-    return this.shapes.doors.find((door) => distanceTo(door.place, thing.place) < SAME_DOOR) ?? null;
+    return this.shapes.doors.find((door) => distanceTo(door.position, thing.position) < SAME_DOOR) ?? null;
   }
 
   _mark(hovered = null) {

@@ -105,7 +105,7 @@ function doorContent(door, page) {
       ...(door.probability == null ? [] : fact("Probability", formatShare(door.probability)))),
     page.writable && element("div", { className: "answers" },
       button(other, () => page.send(changeEdit(door))), button("Move …", () => page.useTool("move", [door])),
-      button("Delete", () => page.send({ kind: "delete door", place: door.place }))),
+      button("Delete", () => page.send({ kind: "delete door", position: door.position }))),
   ];
 }
 

@@ -77,7 +77,7 @@ function readRoom(feature) {
 function readDoor(feature) {
   const line = feature.geometry.coordinates;
   const ends = [line[0], line[line.length - 1]];
-  return { ...feature.properties, id: feature.id, line: ends, place: between(...ends, 0.5) };
+  return { ...feature.properties, id: feature.id, line: ends, position: between(...ends, 0.5) };
 }
 
 function boxOf(ring) {

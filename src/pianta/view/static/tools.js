@@ -49,7 +49,7 @@ const TOOLS = {
   move: {
     text: "Move door", key: "g", take: ["door", "point", "point"],
     hints: ["Move door: pick it.", "Set one jamb at its new place.", "Set the other jamb."],
-    edit: (door, start, end) => ({ kind: "move door", place: door.place, line: [start, end] }),
+    edit: (door, start, end) => ({ kind: "move door", position: door.position, line: [start, end] }),
   },
   change: {
     text: "Door ↔ opening", key: "c", take: ["door"], hints: ["Pick a door to make it an opening, or the reverse."],
@@ -57,7 +57,7 @@ const TOOLS = {
   },
   erase: {
     text: "Delete door", key: "e", take: ["door"], hints: ["Delete door: pick a door or an opening."],
-    edit: (door) => ({ kind: "delete door", place: door.place }),
+    edit: (door) => ({ kind: "delete door", position: door.position }),
   },
   length: {
     text: "Set length", key: "l", take: ["point", "point"],
@@ -66,7 +66,7 @@ const TOOLS = {
 };
 
 export function changeEdit(door) {
-  return { kind: "change door", place: door.place, door: door.kind === "opening" ? "door" : "opening" };
+  return { kind: "change door", position: door.position, door: door.kind === "opening" ? "door" : "opening" };
 }
 
 function splitEdit(line, shapes) {

@@ -1,4 +1,4 @@
-"""Rooms and doors at places, and places for rooms."""
+"""Rooms and doors at positions, and positions for rooms."""
 
 from __future__ import annotations
 
@@ -8,56 +8,56 @@ import numpy as np
 import shapely
 from shapely import LineString, Point, Polygon
 
-from pianta.corrections.kinds import XY, Points, check_places, describe_points
+from pianta.corrections.kinds import XY, Points, check_positions, describe_points
 from pianta.errors import CorrectionError
 from pianta.floor import Door, Floor, Room
 
 # The constants were chosen by hand.
-# A place that is in no room is in the nearest one, if that is nearer than this: half a wall and the error of a map.
+# A position that is in no room is in the nearest one, if that is nearer than this: half a wall and the error of a map.
 NEAR_ROOM = 0.3  # metres
-# A door is at a place if its line is nearer than this: the width of a door.
+# A door is at a position if its line is nearer than this: the width of a door.
 NEAR_DOOR = 0.9  # metres
-# Precision of a place in a room.
+# Precision of a position in a room.
 PLACE_TOLERANCE = 0.05  # metres
 # Digits of coordinates after the point: millimetres.
 DIGITS = 3
 
 
-def find_room(floor: Floor, place: XY) -> Room:
-    """The room at a place.
+def find_room(floor: Floor, position: XY) -> Room:
+    """The room at a position.
 
     Raises CorrectionError without one.
     """
-    check_places(place)
-    room = find_nearest_room(floor.rooms, place)
+    check_positions(position)
+    room = find_nearest_room(floor.rooms, position)
     if room is None:
-        raise CorrectionError(f"there is no room at {describe_points(place)}, give a place inside a room")
+        raise CorrectionError(f"there is no room at {describe_points(position)}, give a position inside a room")
     return room
 
 
-def find_nearest_room(rooms: Iterable[Room], place: XY, *, reach: float = NEAR_ROOM) -> Room | None:
-    """The room nearest to a place, if it is within reach, metres."""
-    point = Point(place)
+def find_nearest_room(rooms: Iterable[Room], position: XY, *, reach: float = NEAR_ROOM) -> Room | None:
+    """The room nearest to a position, if it is within reach, metres."""
+    point = Point(position)
     candidates = [(room.polygon.distance(point), room.id, room) for room in rooms]
     distance, _, room = min(candidates, key=lambda candidate: candidate[:2], default=(np.inf, 0, None))
     return room if distance <= reach else None
 
 
-def find_door(floor: Floor, place: XY) -> Door:
-    """The door or opening at a place.
+def find_door(floor: Floor, position: XY) -> Door:
+    """The door or opening at a position.
 
     Raises CorrectionError without one.
     """
-    check_places(place)
-    point = Point(place)
+    check_positions(position)
+    point = Point(position)
     nearest = min(floor.doors, key=lambda door: (door.line.distance(point), middle_of(door.line)), default=None)
     if nearest is None or nearest.line.distance(point) > NEAR_DOOR:
-        raise CorrectionError(f"no door is within {NEAR_DOOR} m of {describe_points(place)}, give a place on one")
+        raise CorrectionError(f"no door is within {NEAR_DOOR} m of {describe_points(position)}, give a position on one")
     return nearest
 
 
-def place_in(polygon: Polygon) -> XY:
-    """A place deep inside a room: the centre of a largest circle in it."""
+def position_in(polygon: Polygon) -> XY:
+    """A position deep inside a room: the centre of a largest circle in it."""
     centre = shapely.get_coordinates(shapely.maximum_inscribed_circle(polygon, PLACE_TOLERANCE))[0]
     x, y = (round(float(value), DIGITS) for value in centre)
     return x, y
@@ -74,7 +74,7 @@ def draw_line(points: Points) -> LineString:
 
     Raises CorrectionError for one without length.
     """
-    check_places(*points)
+    check_positions(*points)
     line = LineString(points) if len(points) >= 2 else LineString()
     if line.length < PLACE_TOLERANCE:
         raise CorrectionError(f"the line {describe_points(*points)} has no length, give two points or more")
@@ -86,7 +86,7 @@ def draw_outline(points: Points) -> Polygon:
 
     Raises CorrectionError for one that crosses itself or has no area.
     """
-    check_places(*points)
+    check_positions(*points)
     outline = Polygon(points) if len(points) >= 3 else Polygon()
     if not outline.is_valid or outline.area < PLACE_TOLERANCE:
         raise CorrectionError(
