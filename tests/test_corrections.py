@@ -215,7 +215,7 @@ def test_a_correction_in_a_turned_frame_gives_the_turned_floor(correction):
     turn = np.array([[cos(0.3), sin(0.3)], [-sin(0.3), cos(0.3)]])
 
     def move(xy: np.ndarray) -> np.ndarray:
-        return xy @ turn + [7.0, -3.0]
+        return np.asarray(xy @ turn + [7.0, -3.0])
 
     def turned(floor: Floor) -> Floor:
 

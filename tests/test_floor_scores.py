@@ -46,8 +46,8 @@ def test_scores_of_rooms_that_were_merged():
 
 def test_a_floor_agrees_with_itself():
     scores = pianta.score_floor(TRUTH, TRUTH)
-    parts = (scores.rooms.f1, scores.doors.f1, scores.pairs.f1, scores.edges.f1, scores.coverage.f1)
-    assert parts == (1, 1, 1, 1, 1)
+    parts = [scores.rooms.f1, scores.doors.f1, scores.pairs.f1, scores.edges.f1, scores.coverage.f1]
+    assert parts == [1.0] * 5
     assert [scores.labels_forward, scores.labels_backward] == [1, 1]
     assert scores.building_type
 

@@ -427,12 +427,11 @@ class TestKeyboard:
 
     def test_arrow_keys_pan_and_plus_zooms(self, tab):
         tab.page.focus("#map")
-        before = tab.page.evaluate("[pianta.floorMap.map.getCenter().lng, pianta.floorMap.map.getZoom()]")
+        x, zoom = tab.page.evaluate("[pianta.floorMap.map.getCenter().lng, pianta.floorMap.map.getZoom()]")
         tab.page.keyboard.press("ArrowRight")
+        tab.wait_until("x => pianta.floorMap.map.getCenter().lng > x", x)
         tab.page.keyboard.press("+")
-        tab.wait_until(
-            "([x, zoom]) => pianta.floorMap.map.getCenter().lng > x && pianta.floorMap.map.getZoom() > zoom", before
-        )
+        tab.wait_until("zoom => pianta.floorMap.map.getZoom() > zoom", zoom)
 
     def test_split_by_the_cross_hair(self, tab):
         tab.page.keyboard.press("s")
