@@ -24,7 +24,7 @@ DIST = ROOT / "dist"
 # Folders with a pyproject.toml, and the packages in each.
 PROJECTS = {ROOT: "src/pianta", ROOT / "src" / "pianta_bench": "src/pianta_bench"}
 MAX_MEGABYTES = 25  # of each file
-RESULTS = {"floor.geojson", "graph.json", "picture.png", "rooms.png"}
+RESULTS = {"floor.geojson", "graph.json", "grid.npz", "picture.png", "rooms.png"}
 # What a build adds to the files of the repository.
 ADDED = {"PKG-INFO", ".gitignore", "pyproject.toml"}
 # Files in the folder of a package that build it, and that a wheel does not have.
