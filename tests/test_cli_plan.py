@@ -61,12 +61,14 @@ def plan(true_floor: Floor, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.mark.slow
-def test_a_plan_is_read_into_the_four_files(plan: Path, true_floor: Floor, tmp_path: Path):
+def test_a_plan_is_read_into_its_files(plan: Path, true_floor: Floor, tmp_path: Path):
     result = run_pianta("read", str(plan), "-o", str(tmp_path / "out"))
     assert result.code == 0, result.err
     assert sorted(file.name for file in (tmp_path / "out").iterdir()) == [
         "floor.geojson",
         "graph.json",
+        "grid.npz",
+        "paper.png",
         "picture.png",
         "rooms.png",
     ]

@@ -187,6 +187,7 @@ class TestCommand:
             "explain.png",
             "floor.geojson",
             "graph.json",
+            "grid.npz",
             "picture.png",
             "rooms.png",
         ]

@@ -149,4 +149,4 @@ def test_read_takes_the_method(method, tmp_path):
     assert (outcome.code, outcome.err) == (0, "")
     assert "rooms" in outcome.out
     names = sorted(file.name for file in (tmp_path / "read").iterdir())
-    assert names == ["floor.geojson", "graph.json", "picture.png", "rooms.png"]
+    assert names == ["floor.geojson", "graph.json", "grid.npz", "picture.png", "rooms.png"]
