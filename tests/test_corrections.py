@@ -97,6 +97,10 @@ class TestRooms:
         line = [(42.480722398340426, 12.7), (42.43643647847782, 18.2)]
         assert len(slanted.split(1, line)) == 2
 
+    def test_a_point_of_a_line_may_be_repeated(self):
+        line = [(2, 2.5), (2, 2.5), (2, 4.5), (2, 4.5)]
+        assert FLOOR.split(1, line)[1].polygon.equals(FLOOR.split(1, [(2, 2), (2, 5)])[1].polygon)
+
     def test_a_line_that_divides_nothing_is_refused(self):
         with pytest.raises(CorrectionError, match="does not divide room 1, draw it from wall to wall"):
             FLOOR.split(1, [(1, 3), (3, 3)])

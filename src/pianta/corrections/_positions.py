@@ -18,7 +18,7 @@ NEAR_ROOM = 0.3  # metres
 # A door is at a position if its line is nearer than this: the width of a door.
 NEAR_DOOR = 0.9  # metres
 # Precision of a position in a room.
-PLACE_TOLERANCE = 0.05  # metres
+POSITION_TOLERANCE = 0.05  # metres
 # Digits of coordinates after the point: millimetres.
 DIGITS = 3
 
@@ -58,7 +58,7 @@ def find_door(floor: Floor, position: XY) -> Door:
 
 def position_in(polygon: Polygon) -> XY:
     """A position deep inside a room: the centre of a largest circle in it."""
-    centre = shapely.get_coordinates(shapely.maximum_inscribed_circle(polygon, PLACE_TOLERANCE))[0]
+    centre = shapely.get_coordinates(shapely.maximum_inscribed_circle(polygon, POSITION_TOLERANCE))[0]
     x, y = (round(float(value), DIGITS) for value in centre)
     return x, y
 
@@ -76,7 +76,7 @@ def draw_line(points: Points) -> LineString:
     """
     check_positions(*points)
     line = LineString(points) if len(points) >= 2 else LineString()
-    if line.length < PLACE_TOLERANCE:
+    if line.length < POSITION_TOLERANCE:
         raise CorrectionError(f"the line {describe_points(*points)} has no length, give two points or more")
     return line
 
@@ -88,7 +88,7 @@ def draw_outline(points: Points) -> Polygon:
     """
     check_positions(*points)
     outline = Polygon(points) if len(points) >= 3 else Polygon()
-    if not outline.is_valid or outline.area < PLACE_TOLERANCE:
+    if not outline.is_valid or outline.area < POSITION_TOLERANCE:
         raise CorrectionError(
             f"the outline {describe_points(*points)} crosses itself or has no area, give its corners in order"
         )

@@ -84,7 +84,7 @@ def split_shape(shape: Polygon, line: LineString) -> tuple[list[Polygon], list[L
 
 def extend_line(line: LineString, distance: float) -> LineString:
     """The line, straight on beyond both its ends by a distance, metres."""
-    points = shapely.get_coordinates(line)
+    points = shapely.get_coordinates(shapely.remove_repeated_points(line))
     first, last = points[0] - points[1], points[-1] - points[-2]
     start = points[0] + first / np.hypot(*first) * distance
     end = points[-1] + last / np.hypot(*last) * distance

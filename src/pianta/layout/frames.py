@@ -62,9 +62,8 @@ def find_motion(polygons: Polygons, previous: Polygons) -> tuple[Motion, float]:
 
     The share is that of the shorter outlines, since either map may show more of the building. Outlines locate better
     than areas, which overlap for every motion between two floors. If the walls of both have the same main direction
-    after a rotation, only the four rotations of this kind are tried; if
-    either has no main direction, or these bring few outlines, all are.
-    The best is fitted to the outlines themselves.
+    after a rotation, only the four rotations of this kind are tried; if either has no main direction, or these bring
+    few outlines, all are. The best is fitted to the outlines themselves.
     """
     cell = _choose_cell(polygons, previous, OUTLINE_CELL)
     share, motion = max(_try_angles(polygons, previous, _list_likely_angles(polygons, previous), cell), key=_by_share)

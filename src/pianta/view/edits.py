@@ -30,8 +30,8 @@ MAX_ROOMS = 1000
 def read_edit(floor: Floor, edit: Mapping[str, Any]) -> Correction:
     """The correction that an edit of a floor means.
 
-    edit: an object of JSON with a `kind`, as in corrections.json, but with the members `room` or `rooms`, ids, in the
-    position of `position` or `positions`; a split has no `sides`.
+    edit: an object of JSON with a `kind`, as in corrections.json, but with the members `room` or `rooms`, ids,
+    instead of `position` or `positions`; a split has no `sides`.
 
     Raises CorrectionError, in one line, for an edit of another form, or of a room that the floor does not have.
     """
