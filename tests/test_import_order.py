@@ -34,6 +34,8 @@ LEVELS = (
     ("evaluation",),
     ("graphs",),
     ("io",),
+    ("navigation",),
+    ("building",),
     ("models",),
     ("floor",),
     ("gridmap",),

@@ -11,6 +11,7 @@ __version__ = "0.2.0"
 
 if TYPE_CHECKING:
     from pianta import errors, plot
+    from pianta.building import Building, Link, Storey
     from pianta.building_types.classify import classify_building
     from pianta.building_types.model import train_building_types
     from pianta.errors import PiantaError
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
     from pianta.io.buildings.read import read_building
     from pianta.io.floors import read_floor
     from pianta.io.maps import read_map
+    from pianta.io.writers.convert import convert
     from pianta.labels import LabelSchema
     from pianta.layout.clean_map import clean_map
     from pianta.layout.explanation import explain
@@ -42,22 +44,26 @@ if TYPE_CHECKING:
 
 __all__ = [
     "METHODS",
+    "Building",
     "Door",
     "Failure",
     "Floor",
     "Furniture",
     "GridMap",
     "LabelSchema",
+    "Link",
     "ModelFloorPlan",
     "PiantaError",
     "Prediction",
     "Reading",
     "Room",
+    "Storey",
     "StructureParameters",
     "ThesisParameters",
     "assess_realism",
     "classify_building",
     "clean_map",
+    "convert",
     "errors",
     "evacuate",
     "explain",
@@ -84,21 +90,25 @@ __all__ = [
 
 _MODULES = {
     "METHODS": "layout.reconstruct",
+    "Building": "building",
     "Door": "floor",
     "Failure": "reading.read",
     "Floor": "floor",
     "Furniture": "floor",
     "GridMap": "gridmap",
     "LabelSchema": "labels",
+    "Link": "building",
     "ModelFloorPlan": "patterns.model_floor_plan",
     "PiantaError": "errors",
     "Prediction": "prediction.prediction",
     "Reading": "reading.reading",
     "Room": "floor",
+    "Storey": "building",
     "StructureParameters": "layout.parameters",
     "ThesisParameters": "layout.parameters",
     "classify_building": "building_types.classify",
     "clean_map": "layout.clean_map",
+    "convert": "io.writers.convert",
     "errors": "errors",
     "evacuate": "evacuation.evacuate",
     "explain": "layout.explanation",

@@ -19,6 +19,7 @@ from pianta.errors import OptionError, PiantaError
 VERBS = {
     "read": "read_maps",
     "correct": "correct_floor",
+    "convert": "convert_floor",
     "score": "score_floors",
     "view": "view_floors",
     "realism": "assess_floors",

@@ -1,0 +1,139 @@
+"""A building: its storeys, each a floor with its map, and the stairs and lifts that join them."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Literal, TypeAlias
+
+import networkx as nx
+
+from pianta.errors import FloorError
+from pianta.floor import Floor, Room
+from pianta.gridmap import GridMap
+
+LinkKind: TypeAlias = Literal["stairs", "lift"]
+
+
+@dataclass(frozen=True, eq=False)
+class Storey:
+    """A storey of a building.
+
+    Attributes
+    ----------
+    floor
+        Its rooms and doors, in metres of the map frame.
+    name
+        Its name, unlike those of the other storeys; "" for the only storey of a building.
+    elevation
+        Height of its floor above that of the lowest storey, metres; None if unknown.
+    grid
+        Its map; None without one.
+    """
+
+    floor: Floor
+    name: str = ""
+    elevation: float | None = None
+    grid: GridMap | None = None
+
+
+@dataclass(frozen=True)
+class Link:
+    """Stairs or a lift between rooms of two storeys.
+
+    Attributes
+    ----------
+    kind
+        "stairs" or "lift".
+    ends
+        The name of a storey and the id of a room on it, twice.
+    """
+
+    kind: LinkKind
+    ends: tuple[tuple[str, int], tuple[str, int]]
+
+
+@dataclass(frozen=True, eq=False)
+class Building:
+    """A building of one or several storeys.
+
+    `len(building)` is the number of storeys, and `for storey in building` iterates over them.
+
+    Parameters
+    ----------
+    storeys
+        From the lowest to the highest, as far as their elevations are known; names are unique.
+    name
+        The name of the building.
+    links
+        The stairs and lifts between rooms of two storeys.
+
+    Raises
+    ------
+    FloorError
+        There is no storey, names occur twice, or links lead to rooms that do not exist; every fault is in one message.
+
+    Examples
+    --------
+    >>> import pianta
+    >>> floor, grid = pianta.make_world("corridor")
+    >>> building = pianta.Building((pianta.Storey(floor, "ground", 0.0, grid), pianta.Storey(floor, "first", 3.2)))
+    >>> len(building), len(building.graph())
+    (2, 38)
+    """
+
+    storeys: tuple[Storey, ...]
+    name: str = ""
+    links: tuple[Link, ...] = ()
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "storeys", tuple(self.storeys))
+        object.__setattr__(self, "links", tuple(self.links))
+        names = Counter(storey.name for storey in self.storeys)
+        faults = [] if self.storeys else ["it has no storey"]
+        faults += [f"storey {name!r} occurs more than once" for name, count in names.items() if count > 1]
+        rooms = {(storey.name, room.id) for storey in self.storeys for room in storey.floor}
+        stray = sorted({end for link in self.links for end in link.ends} - rooms)
+        faults += [f"links lead to rooms {stray} that do not exist"] if stray else []
+        if faults:
+            raise FloorError("not a building: " + "; ".join(faults))
+
+    def __len__(self) -> int:
+        """Number of storeys."""
+        return len(self.storeys)
+
+    def __iter__(self) -> Iterator[Storey]:
+        """The storeys, in their order."""
+        return iter(self.storeys)
+
+    def list_rooms(self) -> Iterator[tuple[Storey, Room]]:
+        """List all rooms, storey by storey.
+
+        Yields
+        ------
+        tuple of Storey and Room
+            A room with its storey.
+        """
+        for storey in self.storeys:
+            for room in storey.floor:
+                yield storey, room
+
+    def graph(self) -> nx.Graph:
+        """Join the topological graphs of all storeys by the stairs and lifts.
+
+        Returns
+        -------
+        networkx.Graph
+            A node for each room, the name of its storey and its id; nodes and edges have the attributes of
+            `Floor.graph`, nodes a `storey` and edges of links a `kind`.
+        """
+        graph = nx.Graph()
+        for storey in self.storeys:
+            own = storey.floor.graph()
+            graph.add_nodes_from(
+                ((storey.name, room), {**data, "storey": storey.name}) for room, data in own.nodes.items()
+            )
+            graph.add_edges_from(((storey.name, a), (storey.name, b), data) for (a, b), data in own.edges.items())
+        graph.add_edges_from((*link.ends, {"kind": link.kind}) for link in self.links)
+        return graph

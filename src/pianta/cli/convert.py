@@ -1,0 +1,60 @@
+"""The verb convert: give a floor to other programs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from pianta.cli.terminal import Quiet, print_result
+from pianta.io._folders import check_output_file, check_output_folder
+from pianta.io.writers._formats import FORMATS, WriteOptions
+from pianta.io.writers.convert import check_options, convert, find_format
+
+EXAMPLES = (
+    "pianta convert building --to csv",
+    "pianta convert building --to excel -o rooms.xlsx",
+)
+
+Out = Annotated[
+    Path, typer.Argument(metavar="OUT", help="A folder that `pianta read` has written, or a floor.geojson.")
+]
+To = Annotated[str, typer.Option("--to", metavar="FORMAT", help=f"One of {', '.join(FORMATS)}.")]
+Target = Annotated[Path | None, typer.Option("--out", "-o", help="The file or folder to write; in OUT unless given.")]
+RobotRadius = Annotated[float | None, typer.Option(metavar="M", help="Radius of the robot, metres; 0.22 unless given.")]
+Rooms = Annotated[list[str] | None, typer.Option("--rooms", metavar="ROOM", help="Id, name or label; may be repeated.")]
+Speed = Annotated[float | None, typer.Option(metavar="PERCENT", help="Of a speed mask; 50 unless given.")]
+Straight = Annotated[bool, typer.Option("--straight", help="Right angles where the building has them.")]
+
+
+def convert_floor(
+    out: Out,
+    *,
+    to: To,
+    target: Target = None,
+    robot_radius: RobotRadius = None,
+    rooms: Rooms = None,
+    speed: Speed = None,
+    straight: Straight = False,
+    quiet: Quiet = False,
+) -> None:
+    """Write a floor or a building in a format of other programs.
+
+    What a format cannot hold is named, a line each.
+    """
+    chosen = find_format(to)
+    values: dict[str, Any] = {"robot_radius": robot_radius, "speed": speed}
+    given = {name: value for name, value in values.items() if value is not None}
+    options = WriteOptions(**given, rooms=tuple(rooms or ()), straight=straight)
+    check_options(to, options)
+    path = target or (out if out.is_dir() else out.parent) / chosen.file
+    if chosen.is_folder:
+        check_output_folder(path)
+    else:
+        check_output_file(path, "output")
+    notes = convert(out, path, to=to, options=options)
+    if not quiet:
+        for note in notes:
+            print_result(note)
+        print_result(f"{chosen.title}, in {path}")

@@ -1,0 +1,110 @@
+"""building.json: the storeys of a building, each in a folder of its own, and the stairs and lifts between them."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
+
+from pianta.building import Building, Link, Storey
+from pianta.errors import FloorError
+from pianta.io._checked import FileFormat, read_checked, save_checked
+from pianta.io._faults import validation_as
+from pianta.io._files import short_repr
+from pianta.io.floors import read_floor
+from pianta.io.graphs import FLOOR_FILE
+from pianta.io.maps import read_npz_map
+
+FORMAT = FileFormat("pianta building", 1, 0)
+BUILDING_FILE = "building.json"
+# The map in the folder of a floor.
+GRID_FILE = "grid.npz"
+MAX_FILE_BYTES = 2**20
+MAX_STOREYS = 1000  # more than any building has
+MAX_TEXT = 200  # characters of a name
+
+
+def read_building_folder(path: str | Path) -> Building:
+    """Read the building in a folder that `pianta read` has written, or of a floor.geojson.
+
+    Parameters
+    ----------
+    path
+        A folder with a building.json, or of one floor, or the floor.geojson of one.
+
+    Returns
+    -------
+    Building
+        With the maps of its storeys, where they are in their folders.
+
+    Raises
+    ------
+    PiantaError
+        A file is missing or damaged, in one line.
+    """
+    folder = Path(path)
+    if (folder / BUILDING_FILE).is_file():
+        return read_checked(
+            folder / BUILDING_FILE,
+            "building",
+            FloorError,
+            lambda content: _parse_building(content, folder),
+            max_bytes=MAX_FILE_BYTES,
+        )
+    if folder.is_dir() and not (folder / FLOOR_FILE).is_file():
+        raise FloorError(f"folder {short_repr(path)} has no {FLOOR_FILE}, give a folder of `pianta read`")
+    file = folder / FLOOR_FILE if folder.is_dir() else folder
+    floor = read_floor(file)
+    return Building((_read_storey(file, "", None),), name=Path(floor.source).stem or file.parent.name)
+
+
+def save_building_file(building: Building, path: str | Path) -> None:
+    """Write building.json; each storey is in the folder of its name beside it."""
+    content = {
+        **FORMAT.header,
+        "name": building.name,
+        "storeys": [{"name": storey.name, "elevation": storey.elevation} for storey in building],
+        "links": [{"kind": link.kind, "ends": [list(end) for end in link.ends]} for link in building.links],
+    }
+    save_checked(path, "building", FloorError, lambda: json.dumps(content, indent=1, allow_nan=False).encode() + b"\n")
+
+
+def _read_storey(file: Path, name: str, elevation: float | None) -> Storey:
+    grid = file.parent / GRID_FILE
+    return Storey(read_floor(file), name, elevation, read_npz_map(grid) if grid.is_file() else None)
+
+
+class _Storey(BaseModel):
+    model_config = ConfigDict(frozen=True)
+
+    # The name of a folder beside the file, never a path to elsewhere.
+    name: Annotated[str, Field(max_length=MAX_TEXT, pattern=r"^[^/\\\x00-\x1f.][^/\\\x00-\x1f]*$")]
+    elevation: FiniteFloat | None = None
+
+
+_End = tuple[str, int]
+
+
+class _Link(BaseModel):
+    model_config = ConfigDict(frozen=True)
+
+    kind: Literal["stairs", "lift"]
+    ends: tuple[_End, _End]
+
+
+class _Building(BaseModel):
+    model_config = ConfigDict(frozen=True)
+
+    name: Annotated[str, Field(max_length=MAX_TEXT)] = ""
+    storeys: Annotated[list[_Storey], Field(min_length=1, max_length=MAX_STOREYS)]
+    links: list[_Link] = []
+
+
+def _parse_building(content: bytes, folder: Path) -> Building:
+    with validation_as(FloorError):
+        FORMAT.check_version(content, FloorError)
+        parsed: Any = _Building.model_validate_json(content)
+    storeys = tuple(_read_storey(folder / each.name / FLOOR_FILE, each.name, each.elevation) for each in parsed.storeys)
+    return Building(storeys, parsed.name, tuple(Link(link.kind, link.ends) for link in parsed.links))

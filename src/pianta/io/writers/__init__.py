@@ -1,0 +1,1 @@
+"""Floors and buildings in the formats of other programs, a module for each."""

@@ -1,0 +1,91 @@
+"""The formats that `pianta convert` writes: name, file, module, and which options each has."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, fields
+from importlib import import_module
+from importlib.util import find_spec
+from pathlib import Path
+from types import MappingProxyType
+from typing import TYPE_CHECKING, TypeAlias
+
+from pianta.building import Building
+from pianta.errors import OptionError
+
+if TYPE_CHECKING:
+    from pianta.io.georeference import Georeference
+
+# Radius of a robot, metres: the default of Nav2's costmaps.
+ROBOT_RADIUS = 0.22
+
+
+@dataclass(frozen=True, kw_only=True)
+class WriteOptions:
+    """What formats ask for beside the building.
+
+    robot_radius: metres. rooms: those that masks are about, by ids, names or labels; all if empty. speed: percent, of a
+    speed mask. straight: whether outlines get right angles where the building has them. georeference: from metres of
+    the map frame to a coordinate system; None if unknown.
+    """
+
+    robot_radius: float = ROBOT_RADIUS
+    rooms: tuple[str, ...] = ()
+    speed: float = 50.0
+    straight: bool = False
+    georeference: Georeference | None = None
+
+    def list_changed(self) -> list[str]:
+        """The names of the options that are not as they are by default."""
+        return [each.name for each in fields(self) if getattr(self, each.name) != each.default]
+
+
+# Writes a building into a temporary file, or folder, and gives what it has left out or changed, a line each.
+Writer: TypeAlias = Callable[[Building, Path, WriteOptions], list[str]]
+
+
+@dataclass(frozen=True)
+class Format:
+    """A format. module: in this folder. file: the usual name, that of a folder if it has no suffix.
+
+    extra, packages: which extra of pianta installs the packages that the writer needs.
+    """
+
+    module: str
+    function: str
+    file: str
+    title: str
+    options: frozenset[str] = frozenset()
+    needs_map: bool = False
+    extra: str = ""
+    packages: tuple[str, ...] = ()
+
+    @property
+    def is_folder(self) -> bool:
+        """Whether the format is a folder of files."""
+        return not Path(self.file).suffix
+
+    def find_writer(self) -> Writer:
+        """The function that writes the format; raises OptionError if a package that it needs is not installed."""
+        missing = [package for package in self.packages if find_spec(package) is None]
+        if missing:
+            raise OptionError(
+                f"{' and '.join(missing)} is not installed, install it with: pip install 'pianta[{self.extra}]'"
+            )
+        writer: Writer = getattr(import_module(f"pianta.io.writers.{self.module}"), self.function)
+        return writer
+
+
+FORMATS: Mapping[str, Format] = MappingProxyType(
+    {
+        "csv": Format("tables", "write_csv", "rooms.csv", "table of rooms, CSV"),
+        "excel": Format(
+            "tables",
+            "write_excel",
+            "rooms.xlsx",
+            "tables of rooms, doors and totals, Excel",
+            extra="tables",
+            packages=("openpyxl",),
+        ),
+    }
+)

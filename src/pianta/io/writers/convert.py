@@ -1,0 +1,98 @@
+"""Write a floor or a building in a format of other programs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from pianta.building import Building, Storey
+from pianta.errors import OptionError
+from pianta.floor import Floor
+from pianta.gridmap import GridMap
+from pianta.io._files import atomic_file, short_repr
+from pianta.io._folders import atomic_folder
+from pianta.io.building_folders import read_building_folder
+from pianta.io.writers._formats import FORMATS, Format, WriteOptions
+
+
+def convert(
+    source: Building | Floor | str | Path,
+    path: str | Path,
+    *,
+    to: str,
+    grid: GridMap | None = None,
+    options: WriteOptions | None = None,
+) -> list[str]:
+    """Write a floor or a building in a format of other programs.
+
+    Parameters
+    ----------
+    source
+        A building, a floor, or a folder that `pianta read` has written.
+    path
+        The file or the folder to write; older ones are replaced, all files or none.
+    to
+        The format, one of those that `pianta convert --help` lists.
+    grid
+        The map of a floor, which formats for robots need; a folder has it.
+    options
+        What some formats ask for.
+
+    Returns
+    -------
+    list of str
+        What the format cannot hold and what was changed for it, a line each.
+
+    Raises
+    ------
+    OptionError
+        There is no such format, it has not these options, or a package for it is not installed.
+    PiantaError
+        The source cannot be read, does not have what the format needs, or a file cannot be written.
+
+    Examples
+    --------
+    >>> import pianta
+    >>> floor, _ = pianta.make_world("corridor")
+    >>> pianta.convert(floor, "rooms.csv", to="csv")
+    []
+    >>> open("rooms.csv", encoding="utf-8").readline().split(",")[:3]
+    ['id', 'number', 'name']
+    """
+    chosen, options = find_format(to), options or WriteOptions()
+    check_options(to, options)
+    building = _make_building(source, grid)
+    without = [storey.name or storey.floor.source for storey in building if storey.grid is None]
+    if chosen.needs_map and without:
+        raise OptionError(
+            f"format {to} needs the map, which {', '.join(map(short_repr, without))} is without; read it again"
+        )
+    writer = chosen.find_writer()
+    target = Path(path)
+    with atomic_folder(target) if chosen.is_folder else atomic_file(target) as temporary:
+        return writer(building, temporary, options)
+
+
+def find_format(name: str) -> Format:
+    """The format of a name; raises OptionError for another name."""
+    if name not in FORMATS:
+        raise OptionError(f"format is {short_repr(name)}, give one of {', '.join(FORMATS)}")
+    return FORMATS[name]
+
+
+def check_options(name: str, options: WriteOptions) -> None:
+    """Raise OptionError for options that a format does not have, and for values out of range."""
+    surplus = sorted({*options.list_changed()} - find_format(name).options)
+    if surplus:
+        raise OptionError(f"format {name} takes no {' and no '.join(surplus)}, leave it out")
+    if not 0 < options.robot_radius < 10:
+        raise OptionError(f"robot_radius is {options.robot_radius}, give metres between 0 and 10")
+    if not 0 < options.speed <= 100:
+        raise OptionError(f"speed is {options.speed}, give a percentage up to 100")
+
+
+def _make_building(source: Building | Floor | str | Path, grid: GridMap | None) -> Building:
+    if isinstance(source, Building):
+        return source
+    if isinstance(source, Floor):
+        return Building((Storey(source, grid=grid),), Path(source.source).stem)
+    return read_building_folder(source)
