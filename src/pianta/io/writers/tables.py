@@ -3,45 +3,138 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Iterator
+from collections import defaultdict
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING, TypeAlias
 
 from pianta.building import Building, Storey
 from pianta.floor import Room
+from pianta.io._files import count_noun, short_repr
 from pianta.io.writers._formats import WriteOptions
+from pianta.io.writers.room_texts import split_number
 
-COLUMNS = (
-    *("id", "number", "name", "label", "probability", "area_m2", "perimeter_m", "doors", "storey", "neighbours"),
+ROOM_COLUMNS = (
+    *("storey", "id", "number", "name", "label", "probability", "area_m2", "perimeter_m", "doors", "neighbours"),
 )
+DOOR_COLUMNS = ("storey", "room", "other_room", "kind", "width_m", "x", "y")
+TOTAL_COLUMNS = ("storey", "label", "rooms", "area_m2")
+# Digits after the point: centimetres, and square decimetres.
+DIGITS = 2
+# Spreadsheets run a text that begins with one of these as a formula (OWASP, CSV injection).
+FORMULA_STARTS = ("=", "+", "-", "@", "\t", "\r")
+MAX_LISTED = 3  # names in a note
+# Of the columns of a sheet, in characters.
+MIN_WIDTH, MAX_WIDTH = 8, 40
+
+if TYPE_CHECKING:
+    from openpyxl import Workbook
+    from openpyxl.cell import Cell
+
+Value: TypeAlias = str | float | None
+Row: TypeAlias = list[Value]
 
 
 def write_csv(building: Building, target: Path, _: WriteOptions) -> list[str]:
-    """A row for each room; the fields of a cell with several values are separated by blanks."""
+    """A row for each room; the ids of neighbours are separated by blanks."""
+    rows = [*list_room_rows(building)]
+    formulas = [text for row in rows for text in row if isinstance(text, str) and text.startswith(FORMULA_STARTS)]
     with target.open("w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file)
-        writer.writerow(COLUMNS)
-        writer.writerows(list_room_rows(building))
+        writer.writerow(ROOM_COLUMNS)
+        writer.writerows([[_quote_formula(value) for value in row] for row in rows])
+    if not formulas:
+        return []
+    listed = ", ".join(map(short_repr, formulas[:MAX_LISTED])) + (", …" if len(formulas) > MAX_LISTED else "")
+    return [f"{count_noun(len(formulas), 'text')} would be formulas in a spreadsheet and begin with ' here: {listed}"]
+
+
+def write_excel(building: Building, target: Path, _: WriteOptions) -> list[str]:
+    """The sheets Rooms, Doors and Totals."""
+    from openpyxl import Workbook
+
+    workbook = Workbook(write_only=True)
+    _add_sheet(workbook, "Rooms", ROOM_COLUMNS, list_room_rows(building))
+    _add_sheet(workbook, "Doors", DOOR_COLUMNS, _list_door_rows(building))
+    _add_sheet(workbook, "Totals", TOTAL_COLUMNS, list_totals(building))
+    workbook.save(target)
     return []
 
 
-def list_room_rows(building: Building) -> Iterator[list[object]]:
-    """The values of the columns, room by room."""
+def list_room_rows(building: Building) -> Iterator[Row]:
+    """The values of ROOM_COLUMNS, room by room."""
     for storey, room in building.list_rooms():
-        yield _make_row(storey, room)
+        yield _describe_room(storey, room)
 
 
-def _make_row(storey: Storey, room: Room) -> list[object]:
+def list_totals(building: Building) -> Iterator[Row]:
+    """The values of TOTAL_COLUMNS: for each label of each storey, for each storey, and for the building."""
+    building_rooms: list[Room] = []
+    for storey in building:
+        by_label: dict[str, list[Room]] = defaultdict(list)
+        for room in storey.floor:
+            by_label[room.label or ""].append(room)
+        for label in sorted(by_label):
+            yield _sum_rooms(storey.name, label or None, by_label[label])
+        building_rooms += storey.floor.rooms
+        if len(building) > 1:
+            yield _sum_rooms(storey.name, "all", storey.floor.rooms)
+    yield _sum_rooms("all", "all", building_rooms)
+
+
+def _describe_room(storey: Storey, room: Room) -> Row:
     doors = [door for door in storey.floor.doors if room.id in door.room_ids]
     neighbours = sorted({other for door in doors for other in door.room_ids} - {room.id})
+    number, name = split_number(room.name)
+    probability = room.label_probability
     return [
-        room.id,
-        None,
-        room.name,
-        room.label,
-        room.label_probability,
-        round(room.polygon.area, 2),
-        round(room.polygon.length, 2),
-        len(doors),
-        storey.name or None,
-        " ".join(map(str, neighbours)),
+        *(storey.name, room.id, number, name, room.label),
+        None if probability is None else round(probability, DIGITS),
+        *(round(size, DIGITS) for size in (room.polygon.area, room.polygon.length)),
+        *(len(doors), " ".join(map(str, neighbours))),
     ]
+
+
+def _list_door_rows(building: Building) -> Iterator[Row]:
+    for storey in building:
+        for door in storey.floor.doors:
+            middle = door.line.interpolate(0.5, normalized=True)
+            sizes = (round(size, DIGITS) for size in (door.width, middle.x, middle.y))
+            yield [storey.name, *door.rooms, door.kind, *sizes]
+
+
+def _sum_rooms(storey: str, label: str | None, rooms: Sequence[Room]) -> Row:
+    return [storey, label, len(rooms), round(sum(room.polygon.area for room in rooms), DIGITS)]
+
+
+def _quote_formula(value: Value) -> Value:
+    if not isinstance(value, str):
+        return value
+    return f"'{value}" if value.startswith(FORMULA_STARTS) else value
+
+
+def _add_sheet(workbook: Workbook, title: str, columns: Sequence[str], rows: Iterable[Row]) -> None:
+    """A sheet with a heading that stays in view and a filter; texts are texts, not formulas."""
+    from openpyxl.cell import WriteOnlyCell
+    from openpyxl.styles import Font
+    from openpyxl.utils import get_column_letter
+
+    listed = [*rows]
+    sheet = workbook.create_sheet(title)
+    for number, column in enumerate(columns, start=1):
+        longest = max([len(column), *(len(str(row[number - 1])) for row in listed)])
+        sheet.column_dimensions[get_column_letter(number)].width = min(max(longest + 2, MIN_WIDTH), MAX_WIDTH)
+    sheet.freeze_panes = "A2"
+    sheet.auto_filter.ref = f"A1:{get_column_letter(len(columns))}{len(listed) + 1}"
+
+    def make_cell(value: Value, *, bold: bool = False) -> Cell:
+        cell = WriteOnlyCell(sheet, value)
+        if isinstance(value, str):
+            cell.data_type = "s"
+        if bold:
+            cell.font = Font(bold=True)
+        return cell
+
+    sheet.append([make_cell(column, bold=True) for column in columns])
+    for row in listed:
+        sheet.append([make_cell(value) for value in row])
