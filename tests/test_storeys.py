@@ -1,78 +1,129 @@
-"""The storeys of an IFC are floors in the frame of the model, each in a frame to be drawn in."""
+"""Buildings of several storeys: made, saved, read from maps and plans, and joined by stairs and lifts."""
 
-import numpy as np
+import json
+from dataclasses import replace
+
 import pytest
+from shapely import LineString, box
 
-from pianta.errors import PlanError
-from pianta.gridmap import UNKNOWN
-from pianta.plan.read_plan import CELL, MARGIN, MAX_SIDE_CELLS, read_plan, read_storeys
-from pianta.plan.sheets.sheet import PlanScale
-from tests.test_ifc_plan import LAB, OFFICE, Model
-
-
-@pytest.fixture
-def path(tmp_path):
-    """Two storeys: an office and a lab with a door between them, and a lab above."""
-    model = Model()
-    upper, ground = model.storey("Upper", 3000.0), model.storey("Ground", 0.0)
-    model.space(ground, OFFICE, Name="Office")
-    model.space(ground, LAB, Name="Lab")
-    model.door(ground, (5100, 1000))
-    model.space(upper, LAB, Name="Lab above")
-    model.file.write(str(tmp_path / "house.ifc"))
-    return tmp_path / "house.ifc"
+import pianta
+from pianta.errors import FloorError, OptionError
+from pianta.io.building_folders import read_building_folder, save_building_file
+from pianta.reading.storeys import find_links, parse_storeys, sort_storeys
+from tests.command_line import run_pianta
 
 
-def test_storeys_come_from_the_lowest_to_the_highest_with_their_names(path):
-    ground, upper = read_storeys(path)
-    assert [storey.name for storey in (ground, upper)] == ["Ground", "Upper"]
-    assert [[room.name for room in storey.floor.rooms] for storey in (ground, upper)] == [
-        ["Office", "Lab"],
-        ["Lab above"],
+def make_floor(*rooms: pianta.Room) -> pianta.Floor:
+    return pianta.Floor(rooms, (pianta.Door((1, 2), LineString([(4, 1), (4, 2)]), 1.0),))
+
+
+# Stairs 1 m east of a room, on both storeys; the upper ones are drawn 0.2 m further east.
+GROUND = make_floor(pianta.Room(1, box(0, 0, 4, 3)), pianta.Room(2, box(4, 0, 6, 3), "STAIRS", name="Stair A"))
+FIRST = make_floor(pianta.Room(1, box(0, 0, 4, 3)), pianta.Room(2, box(4.2, 0, 6.2, 3), "STAIRS", name="stair  a"))
+LINK = pianta.Link("stairs", (("ground", 2), ("first", 2)))
+HOUSE = pianta.Building((pianta.Storey(GROUND, "ground", 0.0), pianta.Storey(FIRST, "first", 3.1)), "house", (LINK,))
+
+
+def unnamed(floor: pianta.Floor) -> pianta.Floor:
+    return replace(floor, rooms=tuple(replace(room, name=None) for room in floor))
+
+
+def test_the_graph_joins_storeys_by_stairs():
+    graph = HOUSE.graph()
+    assert sorted(graph.edges) == [
+        (("first", 1), ("first", 2)),
+        (("ground", 1), ("ground", 2)),
+        (("ground", 2), ("first", 2)),
     ]
-    assert [door.rooms for door in ground.floor.doors] == [(1, 2)]
-    assert ground.scale == PlanScale(CELL, "the units of the file", 1.0)
+    assert graph.edges[("ground", 2), ("first", 2)] == {"kind": "stairs"}
+    assert graph.nodes["first", 2]["storey"] == "first"
 
 
-def test_the_frame_holds_the_rooms_and_a_margin(path):
-    """The ground floor is 9 m × 6 m, the lab above 3.8 m × 3 m from (5.2, 0)."""
-    ground, upper = (storey.grid for storey in read_storeys(path))
-    assert ground.shape == (round((6 + 2 * MARGIN) / CELL), round((9 + 2 * MARGIN) / CELL))
-    assert ground.origin == pytest.approx((-MARGIN, -MARGIN, 0))
-    assert upper.origin == pytest.approx((5.2 - MARGIN, -MARGIN, 0))
-    assert upper.shape == (round((3 + 2 * MARGIN) / CELL), round((3.8 + 2 * MARGIN) / CELL))
-    assert (ground.cells == UNKNOWN).all()
+def test_all_faults_of_a_building_are_named():
+    storeys = (pianta.Storey(GROUND, "ground"), pianta.Storey(FIRST, "ground"))
+    with pytest.raises(FloorError, match=r"'ground' occurs more than once; links lead to rooms \[\('first', 2\)\]"):
+        pianta.Building(storeys, links=(LINK,))
+    with pytest.raises(FloorError, match="it has no storey"):
+        pianta.Building(())
 
 
-def test_the_frame_of_a_wide_storey_has_larger_cells(tmp_path):
-    model = Model()
-    ground = model.storey()
-    model.space(ground, LAB, Name="Near")
-    model.space(ground, LAB, Name="Far", at=(2_000_000, 500_000))
-    model.file.write(str(tmp_path / "campus.ifc"))
-    (storey,) = read_storeys(tmp_path / "campus.ifc")
-    floor, frame, scale = storey.floor, storey.grid, storey.scale
-    assert len(floor.rooms) == 2
-    assert max(frame.shape) <= MAX_SIDE_CELLS + 1
-    assert frame.resolution == scale.resolution > CELL
-    left, bottom, right, top = np.array([room.polygon.bounds for room in floor.rooms]).T
-    rows, cols = frame.map_to_pixel([left.min(), right.max()], [bottom.min(), top.max()])
-    assert min(rows.min(), cols.min()) > 0
-    assert (rows.max(), cols.max()) < frame.shape
+class TestLinks:
+    def test_stairs_of_one_name_are_linked(self):
+        assert [*find_links(HOUSE.storeys, one_frame=False)] == [LINK]
+
+    def test_those_without_names_are_linked_by_position_in_one_frame(self):
+        storeys = [replace(storey, floor=unnamed(storey.floor)) for storey in HOUSE]
+        # 1.8 of 2 m overlap
+        assert [*find_links(storeys, one_frame=True)] == [LINK]
+        assert [*find_links(storeys, one_frame=False)] == []
+
+    def test_two_of_one_name_are_not(self):
+        second = pianta.Room(3, box(7, 0, 9, 3), "STAIRS", name="Stair A")
+        upper = replace(HOUSE.storeys[1], floor=replace(FIRST, rooms=(*FIRST.rooms, second), last_id=3))
+        assert [*find_links((HOUSE.storeys[0], upper), one_frame=True)] == []
 
 
-def test_read_plan_gives_the_storeys_without_a_sheet(path):
-    reading = read_plan(path)
-    assert reading.sheet is None
-    assert [floor.name for floor in reading.floors] == ["Ground", "Upper"]
-    assert [floor.grid.resolution for floor in reading.floors] == [floor.scale.resolution for floor in reading.floors]
-    assert reading.floors[0].floor.rooms[1].polygon.bounds == pytest.approx((5.2, 0, 9, 3))
+def test_storeys_are_sorted_by_elevations_that_are_all_known():
+    upper_first = HOUSE.storeys[::-1]
+    assert [storey.name for storey in sort_storeys(upper_first)] == ["ground", "first"]
+    unknown = (upper_first[0], replace(upper_first[1], elevation=None))
+    assert [storey.name for storey in sort_storeys(unknown)] == ["first", "ground"]
 
 
-@pytest.mark.parametrize("content", [b"", b"ISO-10303-21;\nHEADER;", b"\x00\xff" * 90])
-def test_damaged_ifc_files_are_refused_in_one_line(tmp_path, content):
-    (tmp_path / "plan.ifc").write_bytes(content)
-    with pytest.raises(PlanError) as refused:
-        read_plan(tmp_path / "plan.ifc")
-    assert "\n" not in str(refused.value)
-    assert "plan.ifc" in str(refused.value)
+@pytest.mark.parametrize(
+    ("texts", "message"),
+    [
+        (["a"], "1 storeys and 2 files"),
+        (["a", "A:3"], "one name"),
+        (["a", "b:high"], "no height"),
+        (["a", "../b"], "no name for a folder"),
+        (["a", ".."], "no name for a folder"),
+    ],
+)
+def test_storeys_that_cannot_be_are_refused(texts, message):
+    with pytest.raises(OptionError, match=message):
+        parse_storeys(texts, 2)
+
+
+class TestFiles:
+    def test_a_building_is_read_as_it_was_saved(self, tmp_path):
+        for storey in HOUSE:
+            (tmp_path / storey.name).mkdir()
+            storey.floor.save(tmp_path / storey.name / "floor.geojson")
+        save_building_file(HOUSE, tmp_path / "building.json")
+        building = read_building_folder(tmp_path)
+        assert [(each.name, each.elevation, each.floor) for each in building] == [
+            (each.name, each.elevation, each.floor) for each in HOUSE
+        ]
+        assert (building.name, building.links) == ("house", (LINK,))
+
+    @pytest.mark.parametrize("name", ["../elsewhere", "/etc", "a/b", "..", "", "a\\b"])
+    def test_storeys_are_never_elsewhere(self, tmp_path, name):
+        content = {"format": "pianta building", "version": "1.0", "storeys": [{"name": name}]}
+        (tmp_path / "building.json").write_text(json.dumps(content), encoding="utf-8")
+        with pytest.raises(FloorError, match=r"storeys\.0\.name|storeys\[0\]"):
+            read_building_folder(tmp_path)
+
+    def test_a_folder_without_a_floor_is_refused(self, tmp_path):
+        with pytest.raises(FloorError, match=r"has no floor\.geojson"):
+            read_building_folder(tmp_path)
+
+
+@pytest.mark.slow
+def test_maps_are_read_as_storeys(tmp_path):
+    for name, seed in (("low", 1), ("high", 2)):
+        pianta.make_world("corridor", seed=seed)[1].save(tmp_path / f"{name}.yaml")
+    out = tmp_path / "house"
+    files = tmp_path / "high.yaml", tmp_path / "low.yaml"
+    storeys = "--storey", "first:3.1", "--storey", "ground:0"
+    code, printed, err = run_pianta("read", *files, "-o", out, *storeys, "--stairs", "ground:2 first:3", "--no-labels")
+    assert (code, err) == (0, "")
+    assert printed.splitlines()[-1] == f"2 storeys, 1 link by stairs and lifts, in {out}"
+    building = read_building_folder(out)
+    assert [(storey.name, storey.elevation) for storey in building] == [("ground", 0.0), ("first", 3.1)]
+    assert building.links == (pianta.Link("stairs", (("ground", 2), ("first", 3))),)
+    assert all(storey.grid is not None for storey in building)
+    code, _, err = run_pianta("read", *files, "-o", out, *storeys, "--lift", "ground:2 first:300", "--no-labels")
+    assert (code, "links lead to rooms [('first', 300)] that do not exist" in err) == (2, True)
+    code, _, err = run_pianta("read", *files, "-o", out, "--lift", "ground:2 first:3")
+    assert (code, "give --storey for each file" in err) == (2, True)

@@ -25,17 +25,20 @@ class Storey:
     floor
         Its rooms and doors, in metres of the map frame.
     name
-        Its name, unlike those of the other storeys; "" for the only storey of a building.
+        Its name, unlike those of the other storeys, and that of its folder; "" for the only storey of a building.
     elevation
         Height of its floor above that of the lowest storey, metres; None if unknown.
     grid
         Its map; None without one.
+    title
+        What people call it, such as "Ground floor"; its name if empty.
     """
 
     floor: Floor
     name: str = ""
     elevation: float | None = None
     grid: GridMap | None = None
+    title: str = ""
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from rich.table import Table
 from pianta.cli.terminal import Quiet, counting_files, describe_floor, make_table, print_error, print_result, stdout
 from pianta.errors import OptionError
 from pianta.floor import Floor, Room
-from pianta.io._files import MAX_CELLS
+from pianta.io._files import MAX_CELLS, count_noun
 from pianta.io._folders import check_output_folder
 from pianta.layout.reconstruct import DEFAULT_METHOD, METHODS
 from pianta.reading._labelling import describe_type
@@ -29,6 +29,7 @@ from pianta.reading.reading import (
     check_corrections,
     check_output,
 )
+from pianta.reading.storeys import parse_links, parse_storeys, save_storeys
 
 if TYPE_CHECKING:
     from pianta.layout.explanation import Explanation
@@ -41,6 +42,7 @@ EXAMPLES = (
     "pianta read maps/*.yaml -o buildings --jobs 4",
     "pianta read plan.png -o building --type school",
     "pianta read drawings.pdf --page 3 -o building",
+    "pianta read ground.yaml first.yaml -o house --storey ground:0 --storey first:3.1",
     "pianta read map.yaml -o building --clean clean.yaml --explain",
 )
 
@@ -116,6 +118,14 @@ Clean = Annotated[
 Explain = Annotated[
     bool, typer.Option("--explain", help="Draw explain.png, and print why each room was divided or not.")
 ]
+Storeys = Annotated[
+    list[str] | None,
+    typer.Option("--storey", metavar="NAME[:M]", help="The files are storeys: the name and the height of each."),
+]
+Stairs = Annotated[
+    list[str] | None, typer.Option(metavar="ENDS", help="Rooms that stairs join, 'ground:3 first:7'; may be repeated.")
+]
+Lifts = Annotated[list[str] | None, typer.Option("--lift", metavar="ENDS", help="The same of a lift.")]
 NoLabels = Annotated[bool, typer.Option("--no-labels", help="Leave out the labels of rooms and the building type.")]
 
 
@@ -144,6 +154,9 @@ def read_maps(
     no_predictions: NoPredictions = False,
     clean: Clean = None,
     explain: Explain = False,
+    storeys: Storeys = None,
+    stairs: Stairs = None,
+    lifts: Lifts = None,
     jobs: Jobs = 1,
     quiet: Quiet = False,
 ) -> None:
@@ -157,6 +170,9 @@ def read_maps(
 
     Rooms of plans get the names that are written in them, from which their labels
     follow; several floors on a plan get a folder each, floor-1, floor-2, ….
+
+    With --storey the files are storeys of one building, and building.json joins
+    their folders. Stairs and lifts with one name on two storeys join these.
 
     Rooms are labelled ROOM or CORRIDOR; FUNCTIONAL, CONNECTION, ENTRANCE or
     SERVICE; and with --type by the labels of that building type. In a building
@@ -186,16 +202,28 @@ def read_maps(
     }
     extras = _Extras(clean, explain)
     extras.check(maps, method)
-    if len(maps) == 1:
+    named = parse_storeys(storeys, len(maps)) if storeys else None
+    links = [*parse_links(stairs or (), "stairs"), *parse_links(lifts or (), "lift")]
+    if links and named is None:
+        raise OptionError("--stairs and --lift join storeys, give --storey for each file")
+    if len(maps) == 1 and named is None:
         _read_one(maps[0], out, options, extras, walls=walls, graph=graph, quiet=quiet)
         return
     with counting_files(maps, quiet=quiet) as progress:
-        results = read_all(maps, out=out, walls=walls, graph=graph, jobs=jobs, progress=progress, **options)
-        read_count = sum([_print_one_of_several(result, quiet=quiet) for result in results])
+        names = [name for name, _ in named] if named else None
+        results = read_all(
+            maps, out=out, names=names, walls=walls, graph=graph, jobs=jobs, progress=progress, **options
+        )
+        readings = [each for each in results if _print_one_of_several(each, quiet=quiet) and isinstance(each, Reading)]
     if not quiet:
-        print_result(f"{read_count} of {len(maps)} files read")
-    if read_count < len(maps):
+        print_result(f"{len(readings)} of {len(maps)} files read")
+    if len(readings) < len(maps):
         raise typer.Exit(1)
+    if named:
+        building = save_storeys(readings, out, named, links)
+        if not quiet:
+            joined = count_noun(len(building.links), "link")
+            print_result(f"{count_noun(len(building), 'storey')}, {joined} by stairs and lifts, in {out}")
 
 
 @dataclass(frozen=True)

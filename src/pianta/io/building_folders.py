@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
 
 from pianta.building import Building, Link, Storey
-from pianta.errors import FloorError
+from pianta.errors import FloorError, OptionError
 from pianta.io._checked import FileFormat, read_checked, save_checked
 from pianta.io._faults import validation_as
 from pianta.io._files import short_repr
@@ -24,6 +25,8 @@ GRID_FILE = "grid.npz"
 MAX_FILE_BYTES = 2**20
 MAX_STOREYS = 1000  # more than any building has
 MAX_TEXT = 200  # characters of a name
+# The name of a folder beside the file, never a path to elsewhere.
+_NAME = re.compile(r"^[^/\\\x00-\x1f.][^/\\\x00-\x1f]*$")
 
 
 def read_building_folder(path: str | Path) -> Building:
@@ -57,7 +60,7 @@ def read_building_folder(path: str | Path) -> Building:
         raise FloorError(f"folder {short_repr(path)} has no {FLOOR_FILE}, give a folder of `pianta read`")
     file = folder / FLOOR_FILE if folder.is_dir() else folder
     floor = read_floor(file)
-    return Building((_read_storey(file, "", None),), name=Path(floor.source).stem or file.parent.name)
+    return Building((_read_storey(file),), name=Path(floor.source).stem or file.parent.name)
 
 
 def save_building_file(building: Building, path: str | Path) -> None:
@@ -65,22 +68,28 @@ def save_building_file(building: Building, path: str | Path) -> None:
     content = {
         **FORMAT.header,
         "name": building.name,
-        "storeys": [{"name": storey.name, "elevation": storey.elevation} for storey in building],
+        "storeys": [{"name": storey.name, "title": storey.title, "elevation": storey.elevation} for storey in building],
         "links": [{"kind": link.kind, "ends": [list(end) for end in link.ends]} for link in building.links],
     }
     save_checked(path, "building", FloorError, lambda: json.dumps(content, indent=1, allow_nan=False).encode() + b"\n")
 
 
-def _read_storey(file: Path, name: str, elevation: float | None) -> Storey:
+def check_storey_name(name: str) -> None:
+    """Raise OptionError for a name that cannot be that of a folder."""
+    if not (_NAME.fullmatch(name) and len(name) <= MAX_TEXT):
+        raise OptionError(f"storey {short_repr(name)} has no name for a folder, give one without / and leading dot")
+
+
+def _read_storey(file: Path, name: str = "", title: str = "", elevation: float | None = None) -> Storey:
     grid = file.parent / GRID_FILE
-    return Storey(read_floor(file), name, elevation, read_npz_map(grid) if grid.is_file() else None)
+    return Storey(read_floor(file), name, elevation, read_npz_map(grid) if grid.is_file() else None, title)
 
 
 class _Storey(BaseModel):
     model_config = ConfigDict(frozen=True)
 
-    # The name of a folder beside the file, never a path to elsewhere.
-    name: Annotated[str, Field(max_length=MAX_TEXT, pattern=r"^[^/\\\x00-\x1f.][^/\\\x00-\x1f]*$")]
+    name: Annotated[str, Field(max_length=MAX_TEXT, pattern=_NAME)]
+    title: Annotated[str, Field(max_length=MAX_TEXT)] = ""
     elevation: FiniteFloat | None = None
 
 
@@ -106,5 +115,7 @@ def _parse_building(content: bytes, folder: Path) -> Building:
     with validation_as(FloorError):
         FORMAT.check_version(content, FloorError)
         parsed: Any = _Building.model_validate_json(content)
-    storeys = tuple(_read_storey(folder / each.name / FLOOR_FILE, each.name, each.elevation) for each in parsed.storeys)
+    storeys = tuple(
+        _read_storey(folder / each.name / FLOOR_FILE, each.name, each.title, each.elevation) for each in parsed.storeys
+    )
     return Building(storeys, parsed.name, tuple(Link(link.kind, link.ends) for link in parsed.links))

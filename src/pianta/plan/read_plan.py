@@ -53,12 +53,15 @@ class PlanFloor:
         Metres per pixel, and where they come from.
     name
         Of the storey, empty if the plan does not name it.
+    elevation
+        Of the storey of an IFC, metres above the zero of the model; None for a sheet.
     """
 
     floor: Floor
     grid: GridMap
     scale: PlanScale
     name: str = ""
+    elevation: float | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -224,9 +227,8 @@ def read_storeys(path: str | Path) -> tuple[PlanFloor, ...]:
     floors = []
     for storey in read_ifc_plan(path):
         grid = _frame(storey.floor)
-        floors.append(
-            PlanFloor(storey.floor, grid, PlanScale(grid.resolution, "the units of the file", 1.0), storey.name)
-        )
+        scale = PlanScale(grid.resolution, "the units of the file", 1.0)
+        floors.append(PlanFloor(storey.floor, grid, scale, storey.name, storey.elevation))
     return tuple(floors)
 
 

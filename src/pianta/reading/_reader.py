@@ -220,6 +220,8 @@ class Reader:
                 each.grid,
                 name=f"floor-{number}" if len(plan.floors) > 1 else "",
                 scale=each.scale,
+                title=each.name,
+                elevation=each.elevation,
                 paper=paper,
                 messages=(f"scale: {each.scale.describe(px_per_unit=unit)}", *matches),
             )

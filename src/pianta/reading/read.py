@@ -169,6 +169,7 @@ def read_all(
     paths: Iterable[str | Path],
     *,
     out: str | Path | None = None,
+    names: Sequence[str] | None = None,
     walls: bool = False,
     graph: bool = False,
     jobs: int = 1,
@@ -184,6 +185,8 @@ def read_all(
     out
         Folder in which each file gets a folder of its own for its results, as of `Reading.save`; None to write
         nothing. A folder has the stem of its file, with the name of the file's folder where stems repeat.
+    names
+        The names of these folders, all different; None for those.
     walls, graph
         As of `Reading.save`.
     jobs
@@ -226,7 +229,7 @@ def read_all(
     if out is not None:
         check_output_folder(Path(out))
     reader = Reader.make(**options)
-    folders = [None] * len(files) if out is None else [Path(out) / name for name in name_folders(files)]
+    folders = [None] * len(files) if out is None else [Path(out) / name for name in names or name_folders(files)]
     tasks = [_Task(reader, file, folder, walls, graph) for file, folder in zip(files, folders, strict=True)]
     return _run(tasks, jobs, progress)
 

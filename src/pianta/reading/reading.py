@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
+from pianta.building import Building
 from pianta.corrections.corrections_file import FILE_NAME, read_corrections, save_corrections
 from pianta.corrections.kinds import Correction
 from pianta.errors import OptionError
@@ -19,6 +20,7 @@ from pianta.floor import Floor
 from pianta.gridmap import GridMap
 from pianta.io._files import count_noun, real_path, short_repr
 from pianta.io._folders import atomic_folder, check_output_file
+from pianta.io.building_folders import BUILDING_FILE, save_building_file
 from pianta.labels import LabelSchema
 
 if TYPE_CHECKING:
@@ -61,6 +63,10 @@ class StoreyReading:
         The floor without the corrections of the previous one; None if that has none.
     corrections
         The corrections of the previous floor, in the frame of this one.
+    title
+        What the file calls the storey; "" if it does not name it.
+    elevation
+        Height of its floor, metres; None if the file does not give it.
     """
 
     floor: Floor
@@ -72,6 +78,8 @@ class StoreyReading:
     messages: tuple[str, ...] = ()
     uncorrected: Floor | None = None
     corrections: tuple[Correction, ...] = ()
+    title: str = ""
+    elevation: float | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,6 +130,14 @@ class Reading:
         return tuple(storey.floor for storey in self.storeys)
 
     @property
+    def building(self) -> Building:
+        """The storeys with their maps, the lowest first, and the stairs and lifts that join them."""
+        from pianta.reading.storeys import make_building
+
+        # Floors of a sheet lie beside each other, and those of an IFC above each other
+        return make_building(self.storeys, self.path.stem, one_frame=self.path.suffix.lower() == ".ifc")
+
+    @property
     def grid(self) -> GridMap:
         """The map; for a plan the frame of the sheet, its cells unknown."""
         return self.storeys[0].grid
@@ -167,7 +183,7 @@ class Reading:
         return encode_png(draw_floor(first.floor, first.grid, schemas=self.schemas, paper=first.paper))
 
     def save(self, folder: str | Path, *, walls: bool = False, graph: bool = False) -> list[Path]:
-        """Write floor.geojson, rooms.png, graph.json and picture.png, those of several storeys into a folder each.
+        """Write floor.geojson, rooms.png, graph.json and picture.png; several storeys in folders, and building.json.
 
         Parameters
         ----------
@@ -195,6 +211,8 @@ class Reading:
         with ExitStack() as together:
             for storey, target in zip(self.storeys, folders, strict=True):
                 self._write(storey, together.enter_context(atomic_folder(target)), walls=walls, graph=graph)
+            if len(self.storeys) > 1:
+                save_building_file(self.building, together.enter_context(atomic_folder(Path(folder))) / BUILDING_FILE)
         return folders
 
     def clean_map(self) -> GridMap:

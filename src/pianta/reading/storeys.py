@@ -1,0 +1,111 @@
+"""The storeys of a file, or of several maps, as one building: their order, and the stairs and lifts between them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from itertools import pairwise
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from pianta.building import Building, Link, LinkKind, Storey
+from pianta.errors import OptionError
+from pianta.floor import Room
+from pianta.io._files import short_repr
+from pianta.io.building_folders import BUILDING_FILE, check_storey_name, save_building_file
+
+if TYPE_CHECKING:
+    from pianta.reading.reading import Reading, StoreyReading
+
+# Labels of rooms in which people change the storey end in these words.
+_KINDS: dict[str, LinkKind] = {"STAIRS": "stairs", "ELEVATOR": "lift"}
+# Stairs of two storeys in one frame are the same if this share of the smaller one overlaps; chosen by hand.
+SAME_SHARE = 0.5
+
+
+def make_building(storeys: Sequence[StoreyReading], name: str, *, one_frame: bool) -> Building:
+    """The building of the storeys of a file, the lowest first; one_frame: whether all are in one, as in an IFC."""
+    made = tuple(Storey(each.floor, each.name, each.elevation, each.grid, each.title) for each in storeys)
+    ordered = sort_storeys(made)
+    return Building(ordered, name, tuple(find_links(ordered, one_frame=one_frame)))
+
+
+def sort_storeys(storeys: Sequence[Storey]) -> tuple[Storey, ...]:
+    """The storeys from the lowest up; in their order if an elevation is unknown."""
+    heights = {storey.name: storey.elevation for storey in storeys}
+    known = {name: height for name, height in heights.items() if height is not None}
+    return tuple(sorted(storeys, key=lambda each: known[each.name]) if len(known) == len(storeys) else storeys)
+
+
+def save_storeys(
+    readings: Sequence[Reading], out: str | Path, storeys: Sequence[tuple[str, float | None]], links: Iterable[Link]
+) -> Building:
+    """Write building.json beside the folders of maps that are the storeys of one building.
+
+    storeys: the name and the elevation of each. links: stairs and lifts that a user names; besides, those with the
+    same names are found. Raises PiantaError if links lead to rooms that do not exist.
+    """
+    made = [
+        Storey(reading.floor, name, elevation, reading.grid)
+        for reading, (name, elevation) in zip(readings, storeys, strict=True)
+    ]
+    ordered = sort_storeys(made)
+    known = [*links]
+    found = [link for link in find_links(ordered, one_frame=False) if link not in known]
+    building = Building(ordered, Path(out).name, (*known, *found))
+    save_building_file(building, Path(out) / BUILDING_FILE)
+    return building
+
+
+def find_links(storeys: Sequence[Storey], *, one_frame: bool) -> Iterator[Link]:
+    """Stairs and lifts of neighbouring storeys with the same name, or, in one frame, at the same position."""
+    for lower, upper in pairwise(storeys):
+        for room in lower.floor:
+            kind = _kind_of(room)
+            others = [other for other in upper.floor if kind is not None and _kind_of(other) == kind]
+            same = [other for other in others if room.name and other.name and _is_same_name(room.name, other.name)]
+            if not same and one_frame:
+                same = [other for other in others if _measure_overlap(room, other) >= SAME_SHARE]
+            if kind is not None and len(same) == 1:
+                yield Link(kind, ((lower.name, room.id), (upper.name, same[0].id)))
+
+
+def parse_storeys(texts: Sequence[str], count: int) -> list[tuple[str, float | None]]:
+    """Names and elevations of as many maps, from NAME or NAME:METRES; raises OptionError."""
+    if len(texts) != count:
+        raise OptionError(f"{len(texts)} storeys and {count} files are given, give a storey for each file, in order")
+    storeys = []
+    for text in texts:
+        name, colon, height = text.rpartition(":") if ":" in text else (text, "", "")
+        try:
+            elevation = float(height) if colon else None
+        except ValueError:
+            raise OptionError(f"storey {short_repr(text)} has no height in metres, give NAME:METRES") from None
+        check_storey_name(name)
+        storeys.append((name, elevation))
+    if len({name.casefold() for name, _ in storeys}) < count:
+        raise OptionError(f"two storeys have one name in {', '.join(map(short_repr, texts))}, give different names")
+    return storeys
+
+
+def parse_links(texts: Iterable[str], kind: LinkKind) -> Iterator[Link]:
+    """Links from "STOREY:ROOM STOREY:ROOM"; raises OptionError."""
+    for text in texts:
+        ends = [end.rpartition(":") for end in text.split()]
+        if len(ends) != 2 or not all(name and room.isdecimal() for name, _, room in ends):
+            raise OptionError(f"{kind} {short_repr(text)} have no two ends, give 'STOREY:ROOM STOREY:ROOM'")
+        (one, _, room), (other, _, upper) = ends
+        yield Link(kind, ((one, int(room)), (other, int(upper))))
+
+
+def _kind_of(room: Room) -> LinkKind | None:
+    words = (room.label or "").split()
+    return _KINDS.get(words[-1]) if words else None
+
+
+def _is_same_name(one: str, other: str) -> bool:
+    return " ".join(one.casefold().split()) == " ".join(other.casefold().split())
+
+
+def _measure_overlap(one: Room, other: Room) -> float:
+    common = one.polygon.intersection(other.polygon).area
+    return float(common / min(one.polygon.area, other.polygon.area))
