@@ -9,12 +9,14 @@ import typer
 
 from pianta.cli.terminal import Quiet, print_result
 from pianta.io._folders import check_output_file, check_output_folder
+from pianta.io.georeference import read_georeference
 from pianta.io.writers._formats import FORMATS, WriteOptions
 from pianta.io.writers.convert import check_options, convert, find_format
 
 EXAMPLES = (
     "pianta convert building --to csv",
     "pianta convert building --to excel -o rooms.xlsx",
+    "pianta convert building --to gpkg --georeference anchor.yaml",
 )
 
 Out = Annotated[
@@ -26,6 +28,10 @@ RobotRadius = Annotated[float | None, typer.Option(metavar="M", help="Radius of 
 Rooms = Annotated[list[str] | None, typer.Option("--rooms", metavar="ROOM", help="Id, name or label; may be repeated.")]
 Speed = Annotated[float | None, typer.Option(metavar="PERCENT", help="Of a speed mask; 50 unless given.")]
 Straight = Annotated[bool, typer.Option("--straight", help="Right angles where the building has them.")]
+GeoreferenceFile = Annotated[
+    Path | None,
+    typer.Option("--georeference", metavar="FILE", help="Control points or an anchor on the earth, YAML or JSON."),
+]
 
 
 def convert_floor(
@@ -37,6 +43,7 @@ def convert_floor(
     rooms: Rooms = None,
     speed: Speed = None,
     straight: Straight = False,
+    georeference: GeoreferenceFile = None,
     quiet: Quiet = False,
 ) -> None:
     """Write a floor or a building in a format of other programs.
@@ -46,7 +53,8 @@ def convert_floor(
     chosen = find_format(to)
     values: dict[str, Any] = {"robot_radius": robot_radius, "speed": speed}
     given = {name: value for name, value in values.items() if value is not None}
-    options = WriteOptions(**given, rooms=tuple(rooms or ()), straight=straight)
+    place = read_georeference(georeference) if georeference else None
+    options = WriteOptions(**given, rooms=tuple(rooms or ()), straight=straight, georeference=place)
     check_options(to, options)
     path = target or (out if out.is_dir() else out.parent) / chosen.file
     if chosen.is_folder:
@@ -55,6 +63,8 @@ def convert_floor(
         check_output_file(path, "output")
     notes = convert(out, path, to=to, options=options)
     if not quiet:
+        if place:
+            print_result(place.describe())
         for note in notes:
             print_result(note)
         print_result(f"{chosen.title}, in {path}")

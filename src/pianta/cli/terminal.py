@@ -50,6 +50,7 @@ FLAGS = {
     "room_model=": "--model",
     "schema=": "--labels",
     "exits=": "--exit",
+    "georeference=": "--georeference FILE",
     **{f"{name}=": f"--{name.replace('_', '-')}" for name in SAME_NAMES.split()},
 }
 # Quoted text, such as the name of a file, is left as it is.

@@ -48,6 +48,7 @@ Writer: TypeAlias = Callable[[Building, Path, WriteOptions], list[str]]
 class Format:
     """A format. module: in this folder. file: the usual name, that of a folder if it has no suffix.
 
+    needs_map, needs_georeference: whether it cannot be written without.
     extra, packages: which extra of pianta installs the packages that the writer needs.
     """
 
@@ -57,6 +58,7 @@ class Format:
     title: str
     options: frozenset[str] = frozenset()
     needs_map: bool = False
+    needs_georeference: bool = False
     extra: str = ""
     packages: tuple[str, ...] = ()
 
@@ -76,6 +78,8 @@ class Format:
         return writer
 
 
+_GEOREFERENCE = frozenset({"georeference"})
+
 FORMATS: Mapping[str, Format] = MappingProxyType(
     {
         "csv": Format("tables", "write_csv", "rooms.csv", "table of rooms, CSV"),
@@ -87,5 +91,65 @@ FORMATS: Mapping[str, Format] = MappingProxyType(
             extra="tables",
             packages=("openpyxl",),
         ),
+        "geojson-layers": Format(
+            "layers", "write_geojson_layers", "layers", "a GeoJSON for rooms, doors and others each", _GEOREFERENCE
+        ),
+        "gpkg": Format(
+            "layers",
+            "write_geopackage",
+            "floor.gpkg",
+            "GeoPackage",
+            _GEOREFERENCE,
+            extra="geo",
+            packages=("geopandas", "pyogrio"),
+        ),
+        "geoparquet": Format(
+            "layers",
+            "write_geoparquet",
+            "geoparquet",
+            "a GeoParquet for rooms, doors and others each",
+            _GEOREFERENCE,
+            extra="geo",
+            packages=("geopandas", "pyarrow"),
+        ),
+        "indoorgml": Format("indoorgml", "write_indoorgml", "building.gml", "IndoorGML 1.1"),
+        "imdf": Format(
+            "imdf",
+            "write_imdf",
+            "imdf.zip",
+            "Indoor Mapping Data Format",
+            _GEOREFERENCE,
+            needs_georeference=True,
+            extra="geo",
+            packages=("pyproj",),
+        ),
+        "osm": Format(
+            "osm",
+            "write_osm",
+            "building.osm",
+            "OpenStreetMap with indoor tags",
+            _GEOREFERENCE,
+            needs_georeference=True,
+            extra="geo",
+            packages=("pyproj",),
+        ),
+        "osmag": Format(
+            "osmag",
+            "write_osmag",
+            "area-graph.osm",
+            "osmAG area graph",
+            _GEOREFERENCE,
+            needs_georeference=True,
+            extra="geo",
+            packages=("pyproj",),
+        ),
+        "label-image": Format(
+            "label_images",
+            "write_label_images",
+            "label-image",
+            "coloured label images and their colours",
+            needs_map=True,
+        ),
+        "picture": Format("pictures", "write_pictures", "picture", "the picture as SVG, large"),
     }
 )
