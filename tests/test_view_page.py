@@ -20,7 +20,7 @@ from pianta.reading.reading import write_floor
 from pianta.reading.saved_reading import SavedReading
 from tests.browser import Tab, open_browser, opened_tab
 from tests.command_line import run_pianta
-from tests.served_floors import FLOOR, serving, write_folder
+from tests.served_floors import FLOOR, serving, write_folder, write_large_folder
 
 pytest.importorskip("fastapi", reason="install pianta[web] to test the page")
 
@@ -28,6 +28,17 @@ HOSTILE = '<img src=x onerror="document.title=1"></script><script>alert(1)</scri
 # The middles of the rooms of FLOOR, away from their walls.
 ROOM_1, ROOM_2, ROOM_3 = (1.2, 3.0), (5.2, 3.0), (3.3, 0.5)
 DOOR_1_3 = (1.5, 1.9)
+# Width and height of the picture of the map, and the share of its pixels that are occupied.
+SHARE_OF_WALLS = """() => {
+    const image = document.querySelector("img.background");
+    const canvas = new OffscreenCanvas(image.naturalWidth, image.naturalHeight);
+    const context = canvas.getContext("2d");
+    context.drawImage(image, 0, 0);
+    const {data} = context.getImageData(0, 0, canvas.width, canvas.height);
+    let dark = 0;
+    for (let index = 0; index < data.length; index += 4) if (data[index] < 60) dark += 1;
+    return [canvas.width, canvas.height, (4 * dark) / data.length];
+}"""
 
 
 @pytest.fixture(scope="module")
@@ -481,26 +492,26 @@ class TestKeyboard:
 
 
 class TestLargeFloors:
-    @pytest.mark.slow
-    def test_500_rooms_on_a_map_of_4000_by_4000(self, browser, tmp_path):
-        rooms = [Room(25 * row + column + 1, box(4 * column, 4 * row, 4 * column + 3.8, 4 * row + 3.8))
-                 for row in range(20) for column in range(25)]  # fmt: skip
-        folder = tmp_path / "large"
-        folder.mkdir()
-        GridMap(np.full((4000, 4000), FREE, np.int8), 0.05, (0.0, 0.0, 0.0)).save(folder / "grid.npz")
-        save_floor(Floor(tuple(rooms), last_id=500), folder / "floor.geojson")
+    def test_600_rooms_on_a_map_of_4000_by_4000(self, browser, tmp_path):
+        folder = write_large_folder(tmp_path / "large")
+        floor = floor_of(folder)
+        assert len(floor) == 600
+        first, second = floor.doors[0].room_ids
         with serving(folder) as client, opened_tab(browser, client) as tab:
             tab.wait_for_floor().page.wait_for_selector("img.background.loaded")
-            assert tab.ids() == [*range(1, 501)]
-            assert tab.page.evaluate("pianta.floorMap.groups.rooms.getLayers().length") == 500
+            assert tab.ids() == [*range(1, 601)]
+            assert tab.page.evaluate("pianta.floorMap.groups.rooms.getLayers().length") == 600
+            assert tab.page.evaluate(SHARE_OF_WALLS) == pytest.approx([4000, 4000, 0.03], abs=0.02)
             tab.page.fill("#find", "377")
             tab.page.press("#find", "Enter")
             tab.wait_for_text("#selected", "Room 377")
             tab.page.fill("#find", "")
             tab.use("merge")
             tab.page.keyboard.press("0")
-            tab.click((1.9, 1.9), (5.9, 1.9))
-            tab.wait_for_ids(1, *range(3, 501))
+            tab.click(*(floor[each].polygon.representative_point().coords[0] for each in (first, second)))
+            kept, gone = sorted((first, second))
+            tab.wait_for_ids(*(each for each in range(1, 601) if each != gone))
+            tab.wait_for_text("#corrections-count", "(1)")
 
 
 def test_scripts_of_the_page_are_modules_below_400_lines(original):

@@ -22,7 +22,7 @@ from pianta.reading.saved_reading import SavedReading
 
 # Rooms whose centres are kept, so that an edit computes those of changed rooms alone; 2000 rooms and their edits.
 KEPT_CENTRES = 20_000
-# Of a room without a label on a floor with labels; the page has a pattern for it.
+# Of a room whose label tells no function, on a floor with labels; the page has a pattern for it.
 UNKNOWN_FUNCTION = "UNKNOWN"
 
 
@@ -89,7 +89,7 @@ def _describe_shapes(floor: Floor) -> dict[str, Any]:
 
 
 def _choose_looks(floor: Floor) -> dict[int, dict[str, str | None]]:
-    """The function of each room, by its id, and the colour of it: UNKNOWN and white if the room has no label.
+    """The function of each room, by its id, and the colour of it: UNKNOWN and white if its label tells none.
 
     If no room has a label, the function is None, and the colour one that no neighbour has.
     """
@@ -98,7 +98,12 @@ def _choose_looks(floor: Floor) -> dict[int, dict[str, str | None]]:
         return {
             room.id: {"function": None, "colour": colour} for room, colour in zip(floor.rooms, colours, strict=True)
         }
-    functions = {room_id: style.function for room_id, style in style_rooms(floor, ALL_SCHEMAS).items()}
+    # Where the type is unknown and the schemas disagree, as on OFFICE, those of the thesis decide.
+    printed = style_rooms(floor)
+    functions = {
+        room_id: style.function or printed[room_id].function
+        for room_id, style in style_rooms(floor, ALL_SCHEMAS).items()
+    }
     return {
         room_id: {
             "function": str(function) if function else UNKNOWN_FUNCTION,

@@ -12,7 +12,7 @@ const FUNCTIONS = {
   CONNECTION: { text: "Connection: corridor, hall, lobby", strokes: "M0 12L12 0M-2 2L2 -2M10 14L14 10", ink: DARK_INK },
   ENTRANCE: { text: "Entrance, stairs, elevator", strokes: "M0 6H12M6 0V12", ink: LIGHT_INK },
   SERVICE: { text: "Service", strokes: "M1 3L4 0L7 3M7 9L10 6L13 9M-5 9L-2 6L1 9", ink: DARK_INK },
-  UNKNOWN: { text: "No label", strokes: "M2 6H10", ink: DARK_INK },
+  UNKNOWN: { text: "Unknown: no label, or one of no schema", strokes: "M2 6H10", ink: DARK_INK },
 };
 const NEUTRAL = "#cfd4da";
 // Tiles and their addresses, by colour and function.
