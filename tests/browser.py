@@ -71,7 +71,8 @@ class Tab:
                 if (!canvas) return [0, 0, 0, 0];
                 const box = canvas.getBoundingClientRect();
                 const scale = canvas.width / box.width;
-                return [...canvas.getContext("2d").getImageData((x - box.left) * scale, (y - box.top) * scale, 1, 1).data];
+                const [column, row] = [(x - box.left) * scale, (y - box.top) * scale];
+                return [...canvas.getContext("2d").getImageData(column, row, 1, 1).data];
             }""",
             self.pixel(x, y),
         )

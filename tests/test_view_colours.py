@@ -30,9 +30,9 @@ def channels_of(color: str) -> NDArray[np.float64]:
 
 
 def simulate(color: str, ground: str, sight: str) -> NDArray[np.float64]:
-    """CIELAB of a colour over a ground, as somebody sees it."""
-    seen = OPACITY * channels_of(color) + (1 - OPACITY) * channels_of(ground)
-    linear = np.where(seen <= 0.04045, seen / 12.92, ((seen + 0.055) / 1.055) ** 2.4)
+    """CIELAB of a colour over a ground, by the sight of a person."""
+    mixed = OPACITY * channels_of(color) + (1 - OPACITY) * channels_of(ground)
+    linear = np.where(mixed <= 0.04045, mixed / 12.92, ((mixed + 0.055) / 1.055) ** 2.4)
     changed = np.clip(np.asarray(SIGHTS[sight]) @ linear, 0, 1)
     encoded = np.where(changed <= 0.0031308, 12.92 * changed, 1.055 * changed ** (1 / 2.4) - 0.055)
     lab: NDArray[np.float64] = rgb2lab(encoded)
@@ -54,7 +54,7 @@ def test_functions_differ_in_colour_for_everybody(ground, sight):
 
 
 def test_the_simulation_finds_colours_that_are_alike():
-    # The colours of the thesis have a teal and a grey that nobody without red cones tells apart.
+    # The colours of the thesis have a teal and a grey that look alike without red cones.
     assert least_difference({**FCES_COLORS}, "#ffffff", "protanopia") < 5
     assert least_difference({**FCES_COLORS}, "#ffffff", "normal") > 11
 

@@ -37,8 +37,8 @@ def tab(browser, folder) -> Iterator[Tab]:
 
 
 def points(tab: Tab) -> list[list[float]]:
-    drawn: list[list[float]] = tab.page.evaluate("pianta.tools.points")
-    return drawn
+    line: list[list[float]] = tab.page.evaluate("pianta.tools.points")
+    return line
 
 
 def reload(tab: Tab) -> None:
@@ -168,9 +168,9 @@ def test_a_finger_drags_a_point(browser, folder):
         tab.click((2.6, 2.05), (2.6, 3.5))
         tab.wait_for_text("#alert", "does not divide room 1")
         touch = tab.page.context.new_cdp_session(tab.page)
-        for kind, point in (("Start", (2.6, 3.5)), ("Move", (2.6, 4.2)), ("Move", (2.6, 4.95)), ("End", None)):
-            places = [dict(zip("xy", tab.pixel(*point), strict=True))] if point else []
-            touch.send("Input.dispatchTouchEvent", {"type": f"touch{kind}", "touchPoints": places})
+        for event, point in (("Start", (2.6, 3.5)), ("Move", (2.6, 4.2)), ("Move", (2.6, 4.95)), ("End", None)):
+            touches = [dict(zip("xy", tab.pixel(*point), strict=True))] if point else []
+            touch.send("Input.dispatchTouchEvent", {"type": f"touch{event}", "touchPoints": touches})
         tab.wait_for_ids(1, 2, 3, 4)
 
 

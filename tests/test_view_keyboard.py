@@ -98,7 +98,7 @@ class TestCrossHair:
         assert cross(tab)[0] > frame["x"]
         assert tab.page.evaluate("pianta.tools.cross")[0] < -3
 
-    def test_it_tells_what_is_below(self, tab):
+    def test_facts_of_what_is_below_are_shown(self, tab):
         press(tab, "m")
         go(tab, *ROOM_1)
         assert tab.page.text_content("#tip").startswith("Room 1")
@@ -153,13 +153,13 @@ class TestTools:
         draw(tab, ROOM_1, (5.2, 3.0))
         tab.wait_for_ids(1, 3)
 
-    @pytest.mark.parametrize(("key", "kind"), [("d", "door"), ("p", "opening")])
-    def test_draw_a_door_and_an_opening(self, tab, folder, key, kind):
+    @pytest.mark.parametrize(("key", "door_kind"), [("d", "door"), ("p", "opening")])
+    def test_draw_a_door_and_an_opening(self, tab, folder, key, door_kind):
         press(tab, key)
         draw(tab, (2.5, 1.9), (3.3, 1.9))
         count(tab, 1)
         doors = {(door.kind, round(door.line.centroid.x, 1)) for door in save(tab, folder).doors}
-        assert (kind, 2.9) in doors
+        assert (door_kind, 2.9) in doors
 
     def test_move_change_and_delete_a_door(self, tab, folder):
         press(tab, "g")
@@ -211,17 +211,17 @@ class TestAroundTheMap:
         press(tab, "Escape")
         tab.page.click("#rooms tbody tr")
         tab.page.evaluate("document.activeElement.blur()")
-        seen = []
+        reached = []
         for _ in range(60):
             press(tab, "Tab")
-            seen.append(
+            reached.append(
                 tab.page.evaluate(
                     "(({id, name, dataset}) => id || name || dataset.tool || dataset.room)(document.activeElement)"
                 )
             )
         parts = ["undo", "save", "theme", "help", "select", "length", "map", "name", "label", "area", "find", "2"]
-        places = [seen.index(part) for part in parts]
-        assert places == sorted(places)
+        positions = [reached.index(part) for part in parts]
+        assert positions == sorted(positions)
 
     def test_focus_is_seen(self, tab):
         press(tab, "Tab", "Tab", "Tab")

@@ -17,9 +17,10 @@ from typing import Any
 import numpy as np
 import pytest
 from PIL import Image
+from shapely import box
 
 from pianta.errors import PiantaError
-from pianta.floor import Room
+from pianta.floor import Floor, Room
 from pianta.gridmap import GridMap
 from pianta.io.floors import read_floor
 from pianta.reading.saved_reading import SavedReading
@@ -133,11 +134,11 @@ class TestState:
         rooms = tuple(Room(number, box(4 * number, 0, 4 * number + 3, 3), label)
                       for number, label in enumerate(labels, start=1))  # fmt: skip
         with serving(write_folder(tmp_path / "labelled", Floor(rooms, last_id=6))) as client:
-            found = rooms_of(client.get("api/maps/0")).values()
+            read = rooms_of(client.get("api/maps/0")).values()
         # Schemas disagree on OFFICE; in that of offices it is functional.
         functions = ["FUNCTIONAL", "CONNECTION", "ENTRANCE", "SERVICE", "FUNCTIONAL", "UNKNOWN"]
-        assert [room["function"] for room in found] == functions
-        assert [room["colour"] for room in found] == [
+        assert [room["function"] for room in read] == functions
+        assert [room["colour"] for room in read] == [
             "#1bddf2", "#f28705", "#2f3ea8", "#8c8c8b", "#1bddf2", "#ffffff"]  # fmt: skip
 
     def test_rooms_without_labels_differ_from_their_neighbours_in_colour(self, tmp_path):

@@ -41,8 +41,8 @@ COARSE_COLORS: Mapping[str, str] = MappingProxyType(
         GeneralLabel.BIG: "#2267f2",
     }
 )
-# Colours of functions that people without cones of one kind tell apart. To those without red cones the teal of an
-# entrance in FCES_COLORS is the grey of service; tests/test_view_colours.py measures the differences.
+# Colours of functions that also differ for people without cones of one kind. Without red cones the teal of an entrance
+# in FCES_COLORS looks like the grey of service; tests/test_view_colours.py measures the differences.
 FUNCTION_COLORS: Mapping[FCES, str] = MappingProxyType({**FCES_COLORS, FCES.ENTRANCE: "#2f3ea8"})
 # Fill of rooms without a known label.
 NEUTRAL_COLOR = "#ffffff"

@@ -22,7 +22,7 @@ from pianta.reading.saved_reading import SavedReading
 
 # Rooms whose centres are kept, so that an edit computes those of changed rooms alone; 2000 rooms and their edits.
 KEPT_CENTRES = 20_000
-# Of a room whose label tells no function, on a floor with labels; the page has a pattern for it.
+# Of a room whose label has no known function, on a floor with labels; the page has a pattern for it.
 UNKNOWN_FUNCTION = "UNKNOWN"
 
 
@@ -89,7 +89,7 @@ def _describe_shapes(floor: Floor) -> dict[str, Any]:
 
 
 def _choose_looks(floor: Floor) -> dict[int, dict[str, str | None]]:
-    """The function of each room, by its id, and the colour of it: UNKNOWN and white if its label tells none.
+    """The function of each room, by its id, and the colour of it: UNKNOWN and white if its label has none.
 
     If no room has a label, the function is None, and the colour one that no neighbour has.
     """
