@@ -91,7 +91,7 @@ function inBox([x, y], [left, bottom, right, top], margin = 0) {
 }
 
 // By the number of borders that a ray to the right crosses.
-function inRings([x, y], rings) {
+export function inRings([x, y], rings) {
   let inside = false;
   for (const ring of rings) {
     for (let index = 1; index < ring.length; index += 1) {
