@@ -34,7 +34,7 @@ EXAMPLES = (
 PREDICTION = "prediction.json"
 PICTURE = "picture.png"
 # The explored floor and its map, for `pianta view`.
-KNOWN = "explored"
+EXPLORED_STEM = "explored"
 # The map in a folder that `pianta read` has written.
 GRID = "grid.npz"
 MAX_COUNT = 10_000
@@ -97,7 +97,9 @@ def predict_floor(
         raise type(error)(f"floor {short_repr(floor)}: {error}{remedy}") from error
     _warn(graph, truth, type_model, floor)
     if out is not None:
-        save_outputs(prediction, names, type_model, out, truth=truth, known=read_known_part(floor, prediction, truth))
+        save_outputs(
+            prediction, names, type_model, out, truth=truth, explored=read_known_part(floor, prediction, truth)
+        )
     if not quiet:
         _print_prediction(prediction, truth)
         if out is not None:
@@ -135,7 +137,7 @@ def save_outputs(
     out: Path,
     *,
     truth: RevealedFloor | None = None,
-    known: tuple[Floor, GridMap | None] | None = None,
+    explored: tuple[Floor, GridMap | None] | None = None,
 ) -> None:
     """Write the prediction, its picture, the samples by name, and the known rooms and map if any, all or none."""
     from pianta.io.floors import save_floor
@@ -147,10 +149,10 @@ def save_outputs(
     with atomic_folder(out) as new:
         save_prediction(prediction, new / PREDICTION, building_type=model.building_type, truth=truth)
         save_figure(draw_prediction(prediction, truth=truth), new / PICTURE)
-        if known is not None and known[0].rooms:
-            save_floor(known[0], new / f"{KNOWN}.geojson")
-            if known[1] is not None:
-                known[1].save(new / f"{KNOWN}.npz")
+        if explored is not None and explored[0].rooms:
+            save_floor(explored[0], new / f"{EXPLORED_STEM}.geojson")
+            if explored[1] is not None:
+                explored[1].save(new / f"{EXPLORED_STEM}.npz")
         for name, sample in zip(names, prediction.samples, strict=True):
             graph = name_rooms(sample, prediction)
             graph.graph.update(source=name, building_type=model.building_type)

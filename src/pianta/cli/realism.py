@@ -61,7 +61,9 @@ Labels = Annotated[
 Json = Annotated[
     Path | None, typer.Option("--json", metavar="FILE", help="File for scores and reasons of every floor, JSON.")
 ]
-Out = Annotated[Path | None, typer.Option("--out", "-o", help="Folder for NAME.png, a picture of every floor, and realism.json.")]
+Out = Annotated[
+    Path | None, typer.Option("--out", "-o", help="Folder for NAME.png, a picture of every floor, and realism.json.")
+]
 Reasons = Annotated[bool, typer.Option("--reasons", help="Print the reasons for several floors too.")]
 
 

@@ -48,7 +48,7 @@ class Step:
 
 
 def choose_scans(run: Exploration, count: int) -> list[int]:
-    """The scans of so many steps at about equal distances driven, the first and the last among them.
+    """The scans of this number of steps at about equal distances driven, the first and the last among them.
 
     Raises OptionError for a count out of range.
     """
@@ -62,7 +62,7 @@ def choose_scans(run: Exploration, count: int) -> list[int]:
 
 
 def read_steps(run: Exploration, count: int) -> Iterator[Step]:
-    """Read the map of a run at so many scans, as `pianta read` does; the floor is empty while there is no room."""
+    """Read the map of a run at this number of scans, as `pianta read` does; a floor may have no rooms yet."""
     previous: Floor | None = None
     for scan in choose_scans(run, count):
         cells = np.where((run.scan_of_cell >= 0) & (run.scan_of_cell <= scan), run.map.cells, UNKNOWN)
@@ -87,7 +87,9 @@ def save_steps(run: Exploration, names: list[str], folder: Path, *, world: str, 
     for name, step in zip(names, read_steps(run, len(names)), strict=False):
         save_npz_map(step.grid, folder / f"{name}.npz")
         save_floor(step.floor, folder / f"{name}.geojson")
-        steps.append({"name": name, "scan": step.scan, "seen": _count_seen(run, step.scan), **_measure(run, step.scan)})
+        steps.append(
+            {"name": name, "scan": step.scan, "pose_counts": _count_poses(run, step.scan), **_measure(run, step.scan)}
+        )
     content = {
         **FORMAT.header,
         "world": world,
@@ -106,7 +108,7 @@ def _measure(run: Exploration, scan: int) -> dict[str, float]:
     return {name: round(float(values[scan]), DIGITS) for name, values in figures.items()}
 
 
-def _count_seen(run: Exploration, scan: int) -> list[int]:
+def _count_poses(run: Exploration, scan: int) -> list[int]:
     """The number of poses of each robot until a scan."""
     moved = run.robot[: scan + 1]
     return [int(np.count_nonzero(moved == number)) for number in range(len(run.tracks))]
@@ -117,11 +119,11 @@ class _Part(BaseModel):
 
 
 class SavedStep(_Part):
-    """A step in exploration.json; distance in m, time in s, area in m²; seen: the poses of each robot until then."""
+    """A step in exploration.json, in m, s and m²; pose_counts: the poses of each robot until then."""
 
     name: Annotated[str, Field(pattern=r"^step-\d{1,6}$")]
     scan: Annotated[int, Field(ge=0)]
-    seen: list[Annotated[int, Field(ge=0)]]
+    pose_counts: list[Annotated[int, Field(ge=0)]]
     distance: FiniteFloat
     time: FiniteFloat
     area: FiniteFloat

@@ -149,7 +149,7 @@ class SavedPrediction(_Part):
     source: str
     building_type: str
     samples: Annotated[int, Field(ge=1)]
-    known: list[int | str]
+    known_rooms: Annotated[list[int | str], Field(alias="known")]
     rooms: SavedInterval
     area: SavedInterval | None = None
     unknown: dict[str, SavedInterval]

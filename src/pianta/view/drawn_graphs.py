@@ -1,4 +1,4 @@
-"""Graphs of rooms as the page draws them: nodes with labels and colours, at the places of a layout."""
+"""Graphs of rooms as the page draws them: nodes with labels and colours, at the positions of a layout."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def open_graph(file: Path) -> nx.Graph:
 
 def describe_graph(graph: nx.Graph, positions: Positions | None = None) -> dict[str, Any]:
     """The nodes and edges. positions: x, y of nodes; None for a layout, in lengths of the shortest edges."""
-    places, styles = positions or place_nodes(graph), style_nodes(graph)
+    xy, styles = positions or place_nodes(graph), style_nodes(graph)
     numbers = {node: number for number, node in enumerate(graph)}
     nodes = [
         {
@@ -40,7 +40,7 @@ def describe_graph(graph: nx.Graph, positions: Positions | None = None) -> dict[
             "label": label_of(graph, node),
             "colour": styles[node].color,
             "corridor": styles[node].is_corridor,
-            "position": places[node],
+            "position": xy[node],
             "area": area_of(graph, node),
             "room": _name_in(graph, node, "room"),
             "door": _name_in(graph, node, "door"),

@@ -12,7 +12,7 @@ from typing import Any
 from pianta.io._files import atomic_file
 from pianta.io._folders import check_output_file
 from pianta.view.opened import AnySession, open_session
-from pianta.view.shown import Shown
+from pianta.view.result_sessions import ResultSession
 
 STATIC = Path(__file__).parent / "static"
 # The element in which the page looks for floors before it asks a server.
@@ -32,7 +32,9 @@ def save_report(folders: Mapping[str, Path], file: Path) -> None:
     Raises PiantaError, in one line, for a folder that cannot be read, and a file that cannot be written.
     """
     check_output_file(file, "report")
-    content = make_report(describe_for_report(open_session(number, *item)) for number, item in enumerate(folders.items()))
+    content = make_report(
+        describe_for_report(open_session(number, *item)) for number, item in enumerate(folders.items())
+    )
     with atomic_file(file) as temporary:
         temporary.write_text(content, encoding="utf-8")
 
@@ -55,7 +57,7 @@ def make_report(states: Iterable[Mapping[str, Any]]) -> str:
 def describe_for_report(session: AnySession) -> dict[str, Any]:
     """The state of a floor or of results, with their pictures and parts inside; it cannot be edited."""
     state = session.describe() | {"writable": False}
-    if isinstance(session, Shown):
+    if isinstance(session, ResultSession):
         # A picture is in the page once, with its part.
         parts = [
             _inline_picture(part, session.draw_background(number) if part.get("background") else None)

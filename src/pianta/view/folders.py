@@ -59,11 +59,11 @@ def _name_results(name: str, path: Path, others: Sequence[Path]) -> str:
 def _find_below(folder: Path, depth: int) -> list[Path]:
     """What the folder shows, else what those below it show, by name."""
     try:
-        found = [folder] if (folder / FLOOR).is_file() else []
-        found += [folder / name for name in RESULTS if (folder / name).is_file()]
-        found += sorted(folder.glob(BUILDINGS))[:1]
-        if found:
-            return found
+        paths = [folder] if (folder / FLOOR).is_file() else []
+        paths += [folder / name for name in RESULTS if (folder / name).is_file()]
+        paths += sorted(folder.glob(BUILDINGS))[:1]
+        if paths:
+            return paths
         inner = sorted(path for path in folder.iterdir() if path.is_dir()) if depth else []
     except (OSError, ValueError):
         return []

@@ -6,7 +6,7 @@ from html import escape
 
 from pianta.floor import Floor
 from pianta.view.export import make_report
-from pianta.view.shown import PLAIN, describe_shapes
+from pianta.view.result_sessions import PLAIN, describe_shapes
 
 # Of the frame, pixels: a floor and its list of rooms in a notebook's cell; chosen by hand.
 HEIGHT = 520

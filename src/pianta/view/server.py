@@ -26,8 +26,8 @@ from pianta.errors import OptionError, PiantaError
 from pianta.io._files import one_line_reason, short_repr
 from pianta.view.guard import App, Guard
 from pianta.view.opened import AnySession, open_session
+from pianta.view.result_sessions import ResultSession
 from pianta.view.sessions import NOT_FOUND, RefusedError, Session
-from pianta.view.shown import Shown
 
 STATIC = Path(__file__).parent / "static"
 LOOPBACK = "127.0.0.1"
@@ -159,7 +159,7 @@ def _make_parts(sessions: Sequence[AnySession]) -> APIRouter:
     """The addresses of the parts of results: steps, samples and buildings."""
     routes = APIRouter(default_response_class=Response)
 
-    def find(number: int) -> Shown[Any]:
+    def find(number: int) -> ResultSession[Any]:
         session = _find(sessions, number)
         if isinstance(session, Session):
             raise RefusedError(NOT_FOUND, f"map {number} is a floor, which has no parts")

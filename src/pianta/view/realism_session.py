@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import json
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
 
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, JsonValue
 
 from pianta.errors import DataError
 from pianta.gridmap import GridMap
 from pianta.io._checked import read_checked
-from pianta.io._files import count_noun
 from pianta.io._faults import validation_as
+from pianta.io._files import count_noun
 from pianta.io.floors import parse_floor
-from pianta.view.shown import Shown, describe_shapes
+from pianta.view.result_sessions import ResultSession, describe_shapes
 
 FILE_NAME = "realism.json"
 MAX_FILE_BYTES = 256 * 2**20
@@ -57,11 +57,11 @@ class SavedRealism(_Part):
     floors: Annotated[list[_Floor], Field(min_length=1, max_length=MAX_FLOORS)]
 
 
-class ShownRealism(Shown[SavedRealism]):
+class RealismSession(ResultSession[SavedRealism]):
     """A folder of `pianta realism -o`; its parts are the floors."""
 
-    kind = "realism"
-    patterns = (FILE_NAME,)
+    kind: ClassVar[str] = "realism"
+    patterns: ClassVar[tuple[str, ...]] = (FILE_NAME,)
 
     def _read(self) -> SavedRealism:
         parse = validation_as(DataError)(SavedRealism.model_validate_json)
@@ -77,7 +77,10 @@ class ShownRealism(Shown[SavedRealism]):
         measures = {each.name for floor in content.floors for each in floor.measures}
         columns = {"score": "score", "typicality": "typicality", "likeness": "likeness"}
         columns |= {"probability": "probability"} if content.unrealistic else {}
-        return {"columns": columns | {name: name for name in sorted(measures)}, "items": [*map(_describe, content.floors)]}
+        return {
+            "columns": columns | {name: name for name in sorted(measures)},
+            "items": [*map(_describe, content.floors)],
+        }
 
     def _count_parts(self, content: SavedRealism) -> int:
         return len(content.floors)
@@ -99,6 +102,6 @@ def _describe(floor: _Floor) -> dict[str, Any]:
     figures = {"score": floor.score, "typicality": floor.typicality, "likeness": floor.likeness}
     figures |= {"probability": floor.probability} if floor.probability is not None else {}
     figures |= {each.name: each.value for each in floor.measures}
-    reasons = [each.reason for each in (*floor.measures, *floor.patterns)]
+    reasons = [*(each.reason for each in floor.measures), *(each.reason for each in floor.patterns)]
     texts = [floor.verdict, f"most like {', '.join(floor.alike)}", *reasons]
     return {"name": floor.floor, "figures": figures, "texts": texts}

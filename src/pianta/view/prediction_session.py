@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Hashable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import networkx as nx
 import shapely
@@ -20,8 +20,8 @@ from pianta.io.maps import read_npz_map
 from pianta.plot.styles import RoomStyle
 from pianta.prediction.prediction_file import SavedEnd, SavedPrediction, read_prediction
 from pianta.view.drawn_graphs import count_labels, describe_graph, open_graph, style_nodes
-from pianta.view.placed_rooms import place_unknown, radius_of
-from pianta.view.shown import Shown, describe_shapes
+from pianta.view.result_sessions import ResultSession, describe_shapes
+from pianta.view.room_positions import place_unknown, radius_of
 
 FILE_NAME = "prediction.json"
 # The known rooms and their map, as `pianta predict` writes them.
@@ -40,11 +40,11 @@ class _Prediction:
     has_map: bool
 
 
-class ShownPrediction(Shown[_Prediction]):
+class PredictionSession(ResultSession[_Prediction]):
     """A folder of `pianta predict`; its parts are sampled floors."""
 
-    kind = "prediction"
-    patterns = (FILE_NAME, KNOWN_FLOOR, KNOWN_MAP, "sample-*.json")
+    kind: ClassVar[str] = "prediction"
+    patterns: ClassVar[tuple[str, ...]] = (FILE_NAME, KNOWN_FLOOR, KNOWN_MAP, "sample-*.json")
 
     def _read(self) -> _Prediction:
         saved = read_prediction(self.file)
@@ -55,7 +55,12 @@ class ShownPrediction(Shown[_Prediction]):
     def _list_facts(self, content: _Prediction) -> list[str]:
         saved = content.saved
         size = f"{saved.rooms.low:.0f}–{saved.rooms.high:.0f} rooms expected"
-        return [f"{count_noun(len(saved.known), 'room')} known", count_noun(len(saved.open_ends), "open end"), size, saved.building_type]
+        return [
+            f"{count_noun(len(saved.known_rooms), 'room')} known",
+            count_noun(len(saved.open_ends), "open end"),
+            size,
+            saved.building_type,
+        ]
 
     def _describe(self, content: _Prediction, version: str) -> dict[str, Any]:
         saved, floor = content.saved, content.floor
@@ -78,18 +83,18 @@ class ShownPrediction(Shown[_Prediction]):
         graph = open_graph(self.folder / content.samples[part])
         if content.floor is None:
             return describe_graph(graph)
-        known = _find_known(graph, content.floor)
+        starts = _find_known(graph, content.floor)
         doors = {node for node, door in graph.nodes(data="door") if door is not None}
         shape = shapely.union_all([room.polygon for room in content.floor.rooms])
-        places = place_unknown(graph, known, shape)
-        unknown = graph.subgraph([node for node in places if node not in known or node in doors])
-        seen = {node: places[node] for node in graph if node in places}
+        xy = place_unknown(graph, starts, shape)
+        unknown = graph.subgraph([node for node in xy if node not in starts or node in doors])
+        drawn_at = {node: xy[node] for node in graph if node in xy}
         return {
-            "nodes": [_describe_node(graph, node, seen, style) for node, style in style_nodes(unknown).items()],
+            "nodes": [_describe_node(graph, node, drawn_at, style) for node, style in style_nodes(unknown).items()],
             "edges": [
-                [seen[one], seen[other]]
+                [drawn_at[one], drawn_at[other]]
                 for one, other in graph.edges
-                if one in seen and other in seen and (one in unknown or other in unknown)
+                if one in drawn_at and other in drawn_at and (one in unknown or other in unknown)
             ],
         }
 
@@ -99,7 +104,9 @@ class ShownPrediction(Shown[_Prediction]):
 
     def _list_samples(self, content: _Prediction) -> list[dict[str, Any]]:
         graphs = [open_graph(self.folder / name) for name in content.samples]
-        return [{"name": graph_name(graph, index), "figures": count_labels(graph)} for index, graph in enumerate(graphs)]
+        return [
+            {"name": graph_name(graph, index), "figures": count_labels(graph)} for index, graph in enumerate(graphs)
+        ]
 
 
 SAMPLE_COLUMNS = {"rooms": "rooms", "corridors": "corridors", "doors": "doors", "labels": "labels", "area": "m²"}
@@ -117,18 +124,18 @@ def _find_room(floor: Floor, name: object) -> Room | None:
 
 
 def _find_known(graph: nx.Graph, floor: Floor) -> dict[Hashable, tuple[float, float]]:
-    """The places of the nodes that are rooms of the floor, or behind an open door of it."""
-    places = {}
+    """The positions of the nodes that are rooms of the floor, or behind an open door of it."""
+    xy = {}
     for node, data in graph.nodes(data=True):
         name = data.get("room", data.get("door"))
         room = None if name is None else _find_room(floor, name)
         if room is not None:
-            places[node] = position_in(room.polygon)
-    return places
+            xy[node] = position_in(room.polygon)
+    return xy
 
 
 def _describe_end(end: SavedEnd, floor: Floor | None) -> dict[str, Any]:
-    """An open end; outline: of the room that nobody has seen whole, as predicted, else as seen; None without one."""
+    """An open end; outline: of the room that was seen in part, as predicted, else as seen; None without one."""
     room = None if floor is None else _find_room(floor, end.room)
     shape: BaseGeometry | None = None if room is None else (room.predicted or room.polygon)
     return {
@@ -140,14 +147,14 @@ def _describe_end(end: SavedEnd, floor: Floor | None) -> dict[str, Any]:
 
 
 def _describe_node(
-    graph: nx.Graph, node: Hashable, places: dict[Hashable, tuple[float, float]], style: RoomStyle
+    graph: nx.Graph, node: Hashable, xy: dict[Hashable, tuple[float, float]], style: RoomStyle
 ) -> dict[str, Any]:
     data = graph.nodes[node]
     return {
         "label": data.get("label") if isinstance(data.get("label"), str) else None,
         "colour": style.color,
         "corridor": style.is_corridor,
-        "position": places[node],
+        "position": xy[node],
         "radius": radius_of(graph, node),
         "area": data.get("area") if isinstance(data.get("area"), int | float) else None,
         "door": None if data.get("door") is None else str(data["door"]),

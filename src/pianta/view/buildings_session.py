@@ -2,26 +2,26 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, ClassVar
 
 import networkx as nx
 
 from pianta.gridmap import GridMap
 from pianta.io._files import count_noun
 from pianta.view.drawn_graphs import count_labels, describe_graph, open_graph
-from pianta.view.shown import Shown
-from pianta.view.shown_prediction import SAMPLE_COLUMNS, graph_name
+from pianta.view.prediction_session import SAMPLE_COLUMNS, graph_name
+from pianta.view.result_sessions import ResultSession
 
 PATTERN = "building-*.json"
 # Buildings that the page shows; a limit of time, chosen by hand.
 MAX_BUILDINGS = 200
 
 
-class ShownBuildings(Shown[tuple[nx.Graph, ...]]):
+class BuildingsSession(ResultSession[tuple[nx.Graph, ...]]):
     """A folder of `pianta generate`; its parts are the buildings."""
 
-    kind = "generated"
-    patterns = (PATTERN,)
+    kind: ClassVar[str] = "generated"
+    patterns: ClassVar[tuple[str, ...]] = (PATTERN,)
 
     def _read(self) -> tuple[nx.Graph, ...]:
         files = sorted(self.folder.glob(PATTERN))[:MAX_BUILDINGS]
@@ -34,7 +34,9 @@ class ShownBuildings(Shown[tuple[nx.Graph, ...]]):
 
     def _describe(self, content: tuple[nx.Graph, ...], version: str) -> dict[str, Any]:
         del version
-        items = [{"name": graph_name(graph, index), "figures": count_labels(graph)} for index, graph in enumerate(content)]
+        items = [
+            {"name": graph_name(graph, index), "figures": count_labels(graph)} for index, graph in enumerate(content)
+        ]
         total = sum(1 for _ in self.folder.glob(PATTERN))
         return {"columns": SAMPLE_COLUMNS, "items": items, "total": total}
 

@@ -2,22 +2,22 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, ClassVar
 
 from pianta.exploration.steps import FILE_NAME, SavedExploration, read_exploration
 from pianta.gridmap import GridMap
 from pianta.io._files import count_noun
 from pianta.io.floors import read_floor
 from pianta.io.maps import read_npz_map
-from pianta.view.shown import Shown, describe_shapes
+from pianta.view.result_sessions import ResultSession, describe_shapes
 from pianta.view.sessions import UNFIT, RefusedError
 
 
-class ShownExploration(Shown[SavedExploration]):
+class ExplorationSession(ResultSession[SavedExploration]):
     """A folder of `pianta explore`; its parts are the steps."""
 
-    kind = "exploration"
-    patterns = (FILE_NAME, "step-*.npz", "step-*.geojson")
+    kind: ClassVar[str] = "exploration"
+    patterns: ClassVar[tuple[str, ...]] = (FILE_NAME, "step-*.npz", "step-*.geojson")
 
     def _read(self) -> SavedExploration:
         saved = read_exploration(self.file)
@@ -27,8 +27,8 @@ class ShownExploration(Shown[SavedExploration]):
 
     def _list_facts(self, content: SavedExploration) -> list[str]:
         last = content.steps[-1]
-        seen = f"{100 * last.share:.0f} % of {content.reachable_area:.0f} m²"
-        return [count_noun(len(content.steps), "step"), seen, f"{last.distance:.0f} m", content.outcome]
+        share = f"{100 * last.share:.0f} % of {content.reachable_area:.0f} m²"
+        return [count_noun(len(content.steps), "step"), share, f"{last.distance:.0f} m", content.outcome]
 
     def _describe(self, content: SavedExploration, version: str) -> dict[str, Any]:
         steps = [step.model_dump(include={"scan", "distance", "time", "area", "share"}) for step in content.steps]
@@ -44,7 +44,7 @@ class ShownExploration(Shown[SavedExploration]):
     def _describe_part(self, content: SavedExploration, part: int, version: str) -> dict[str, Any]:
         step = content.steps[part]
         floor, grid = read_floor(self.folder / f"{step.name}.geojson"), self._open_picture(content, part)
-        tracks = [track[:seen] for track, seen in zip(content.tracks, step.seen, strict=False)]
+        tracks = [track[:count] for track, count in zip(content.tracks, step.pose_counts, strict=False)]
         return {**describe_shapes(floor, grid, self._address_of(part, version)), "tracks": tracks}
 
     def _open_picture(self, content: SavedExploration, part: int) -> GridMap | None:

@@ -1,4 +1,4 @@
-"""Shown: results that the page shows and does not change, such as predictions and explorations."""
+"""ResultSession: results that the page shows and does not change, such as predictions and explorations."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ Content = TypeVar("Content")
 PLAIN = {"building_type": {}, "corrections": [], "labels": [], "graph": [], "has_map": False, "background": None}
 
 
-class Shown(Generic[Content]):
+class ResultSession(Generic[Content]):
     """A folder of results as the page sees it, read-only; safe to use from several threads.
 
     It has the methods of a Session. Some have parts: steps, samples or buildings, numbered from 0, which the page loads
