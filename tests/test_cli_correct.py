@@ -12,7 +12,7 @@ from PIL import Image
 
 from pianta.corrections.corrections_file import read_corrections
 from pianta.floor import Floor
-from pianta.gridmap import UNKNOWN, GridMap
+from pianta.gridmap import OCCUPIED, UNKNOWN, GridMap
 from pianta.io.floors import read_floor
 from pianta.io.maps import read_map
 from pianta.worlds.floors import make_corridor_floor, make_hall_floor
@@ -372,6 +372,59 @@ class TestReadAgain:
         assert (code, out, err.count("\n")) == (2, "", 1)
         assert "other.yaml': the previous floor is of another building: " in err
         assert list_files(building) == before
+
+
+class TestLabels:
+    """Labels of rooms, which this reading has."""
+
+    @pytest.fixture
+    def labelled(self, folder: Path) -> Path:
+        assert run_pianta("read", folder / "map.yaml", "-o", folder / "labelled", "-q").code == 0
+        return folder / "labelled"
+
+    def read_labels(self, folder: Path, labelled: Path) -> None:
+        arguments = "--previous", labelled, "-o", labelled, "-q"
+        assert run_pianta("read", folder / "map.yaml", *arguments) == (0, "", "")
+
+    def test_rooms_get_labels_of_a_type_that_is_given(self, folder, labelled):
+        before = floor_of(labelled)
+        correct(labelled, "--label", 3, "LAB", "--label", 4, "", "--type", "school")
+        after = floor_of(labelled)
+        assert after.building_type == {"school": 1.0}
+        # The corridor, and all rooms but those that people have labelled
+        assert [room.label for room in after if room.id in (3, 4, 5)] == ["LAB", None, "CORRIDOR"]
+        assert all("school" in room.labels for room in after if room.id not in (3, 4))
+        self.read_labels(folder, labelled)
+        assert floor_of(labelled) == after
+        correct(labelled, "--undo", 3)
+        assert replace(floor_of(labelled), last_id=before.last_id) == before
+
+    def test_a_label_and_a_type_that_were_taken_away_stay_away(self, folder, labelled):
+        assert floor_of(labelled)[4].label is not None
+        correct(labelled, "--label", 4, "", "--label", 3, "", "--label", 3, "LAB", "--type", "")
+        for area in (None, 300):
+            if area:
+                # All lengths are larger after this one, and the positions of the others are as they were
+                correct(labelled, "--area", 2, area)
+            self.read_labels(folder, labelled)
+            after = floor_of(labelled)
+            assert (after[4].label, after[3].label, after.building_type) == (None, "LAB", {})
+            assert after[2].label is not None
+
+    def test_a_door_that_is_not_found_any_more_is_deleted(self, folder, labelled, grid):
+        (door,) = [door for door in floor_of(labelled).doors if {*door.rooms} == {5, 7}]
+        x, y = door.line.interpolate(0.5, normalized=True).coords[0]
+        correct(labelled, "--delete-door", f"{x},{y}")
+        # A wall fills the doorway, from jamb to jamb
+        cells = grid.cells.copy()
+        row, col = (int(value) for value in grid.map_to_pixel(x, y))
+        cells[row - 4 : row + 5, col - 14 : col + 15] = OCCUPIED
+        GridMap(cells, grid.resolution, grid.origin).save(folder / "map.yaml")
+        code, out, err = run_pianta("read", folder / "map.yaml", "--previous", labelled, "-o", labelled)
+        assert (code, err) == (0, "")
+        assert "1 of 1 correction applied" in out.splitlines()
+        code, _, err = run_pianta("correct", labelled, "--delete-door", f"{x},{y}")
+        assert (code, err.startswith(f"error: --delete-door '{x},{y}': no door is within 0.9 m of")) == (2, True)
 
 
 class TestWithoutPrevious:

@@ -5,17 +5,21 @@ from dataclasses import replace
 from math import pi
 from pathlib import Path
 
+import numpy as np
 import pytest
 from shapely import LineString, box
 
 import pianta
 from pianta.evaluation.floor_scores import match_floors
 from pianta.floor import Door, Floor, Room
+from pianta.gridmap import GridMap
 from pianta.layout.frames import Motion
 from pianta.layout.room_ids import move_floor
 from tests.command_line import run_pianta
+from tests.tiny_data import OUTLINES, SIZE, write_building
 
 # Two rooms of 4 m x 3 m north of a corridor of 8 m x 2 m; walls have no thickness.
+RESOLUTION = 0.05  # metres per cell of a map
 TRUTH = Floor(
     (Room(1, box(0, 2, 4, 5), "OFFICE"), Room(2, box(4, 2, 8, 5), "KITCHEN"), Room(3, box(0, 0, 8, 2), "CORRIDOR")),
     (Door((1, 3), LineString([(1, 2), (2, 2)]), 1.0), Door((2, 3), LineString([(6, 2), (7, 2)]), 1.0)),
@@ -92,6 +96,19 @@ class TestCommand:
         out = run_pianta(*arguments, "--align").out
         assert ["rooms", "19", "19", "19", "100.0", "100.0", "100.0"] in [line.split() for line in out.splitlines()]
         assert "OUT was moved by a rotation of -90.0° and a shift of (30.00, 5.00) m" in out
+
+    def test_a_layout_in_pixels_is_read_on_the_map_of_the_folder(self, tmp_path):
+        width, height = (round(side / RESOLUTION) for side in SIZE)
+        # The map frame begins 7 m east and 3 m south of the corner of the image
+        grid = GridMap(np.zeros((height, width), np.int8), RESOLUTION, (-7.0, 3.0, 0.0))
+        floor = Floor(tuple(Room(number, outline) for number, outline in enumerate(OUTLINES, start=1)))
+        (tmp_path / "out").mkdir()
+        grid.save(tmp_path / "out" / "grid.npz")
+        move_floor(floor, Motion(0.0, (-7.0, 3.0))).save(tmp_path / "out" / "floor.geojson")
+        (tmp_path / "truth.xml").write_text(write_building(OUTLINES, RESOLUTION), encoding="utf-8")
+        lines = run_pianta("score", tmp_path / "out", tmp_path / "truth.xml").out.splitlines()
+        assert ["rooms", "2", "2", "2", "100.0", "100.0", "100.0"] in [line.split() for line in lines]
+        assert "area: A_FC 100.0 %, A_BC 100.0 %, mean IoU 100.0 %" in lines
 
     @pytest.mark.parametrize(
         ("floor", "fragment"), [("nothing", "does not exist"), ("", "floor.geojson' does not exist")]

@@ -3,10 +3,14 @@
 import importlib.util
 import os
 import re
+import shlex
+import signal
 import subprocess
 import sys
 import tomllib
 from collections.abc import Iterator
+from http import HTTPStatus
+from http.client import HTTPConnection
 from pathlib import Path
 from typing import NamedTuple
 
@@ -50,16 +54,42 @@ def is_set_up(command: str) -> bool:
     return bool(MAKE.fullmatch(command) or INSTALL.fullmatch(command))
 
 
-def run(*command: str, folder: Path) -> None:
-    environment = {
+def is_server(command: str) -> bool:
+    return command.startswith("pianta view ") and "--html" not in command
+
+
+def make_environment() -> dict[str, str]:
+    return {
         **os.environ,
         "OMP_NUM_THREADS": "1",
         "MPLBACKEND": "agg",
+        "BROWSER": "true",  # the program of this name opens nothing
         "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}",
         "PYTHONPATH": str(ROOT / "src"),
     }
-    done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, check=False)
+
+
+def run(*command: str, folder: Path) -> None:
+    done = subprocess.run(command, cwd=folder, env=make_environment(), capture_output=True, text=True, check=False)
     assert done.returncode == 0, f"{' '.join(command)}\n{done.stdout}\n{done.stderr}"
+
+
+def run_server(command: str, folder: Path) -> None:
+    """Run a command that serves a page until Ctrl+C, and load the page."""
+    with subprocess.Popen(
+        shlex.split(command), cwd=folder, env=make_environment(), stdout=subprocess.PIPE, stderr=subprocess.STDOUT
+    ) as process:
+        first = process.stdout.readline().decode() if process.stdout else ""
+        address = re.search(r"http://(127\.0\.0\.1:\d+)(/\S+/)", first)
+        try:
+            assert address, f"{command}\n{first}"
+            connection = HTTPConnection(address.group(1))
+            connection.request("GET", address.group(2))
+            assert connection.getresponse().status == HTTPStatus.OK
+            connection.close()
+        finally:
+            process.send_signal(signal.SIGINT)
+        assert process.wait() == 0
 
 
 @pytest.fixture(scope="module")
@@ -92,7 +122,9 @@ def test_commands_and_python_run(page, samples, tmp_path):
             run(sys.executable, "-c", python, folder=tmp_path)
         else:
             for command in code.splitlines():
-                if not is_set_up(command):
+                if is_server(command):
+                    run_server(command, tmp_path)
+                elif not is_set_up(command):
                     run("bash", "-ec", command, folder=tmp_path)
 
 

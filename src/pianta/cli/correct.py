@@ -11,12 +11,11 @@ from typing import Annotated
 import typer
 
 from pianta.cli.terminal import Quiet, describe_floor, print_result
-from pianta.corrections.by_id import label_by_id, merge_by_id, outline_of, position_of, split_by_id
+from pianta.corrections.by_id import delete_door_at, label_by_id, merge_by_id, outline_of, position_of, split_by_id
 from pianta.corrections.kinds import (
     XY,
     ChangeDoor,
     Correction,
-    DeleteDoor,
     DeleteRoom,
     DrawDoor,
     DrawRoom,
@@ -198,7 +197,7 @@ _FORMS: Mapping[str, _Form] = MappingProxyType(
         "--label": _Form("ID LABEL", lambda floor, room, label: label_by_id(floor, _read_id(room), label)),
         "--door": _Form("LINE", lambda _, line: DrawDoor(_read_points(line))),
         "--opening": _Form("LINE", lambda _, line: DrawDoor(_read_points(line), "opening")),
-        "--delete-door": _Form("POINT", lambda _, position: DeleteDoor(_read_point(position))),
+        "--delete-door": _Form("POINT", lambda floor, position: delete_door_at(floor, _read_point(position))),
         "--move-door": _Form(
             "POINT LINE", lambda _, position, line: MoveDoor(_read_point(position), _read_points(line))
         ),

@@ -8,7 +8,7 @@ import numpy as np
 import shapely
 from shapely import LineString, Point
 
-from pianta.corrections._positions import draw_line, find_door, find_nearest_room
+from pianta.corrections._positions import draw_line, find_door, find_nearest_door, find_nearest_room
 from pianta.corrections.kinds import ChangeDoor, DeleteDoor, DoorKind, DrawDoor, MoveDoor, Points, describe_points
 from pianta.errors import CorrectionError
 from pianta.floor import Door, Floor
@@ -34,9 +34,9 @@ def move_door(floor: Floor, correction: MoveDoor) -> Floor:
 
 
 def delete_door(floor: Floor, correction: DeleteDoor) -> Floor:
-    """The floor without a door or opening."""
-    door = find_door(floor, correction.position)
-    return replace(floor, doors=tuple(each for each in floor.doors if each is not door))
+    """The floor without a door or opening; the same floor if none is there."""
+    door = find_nearest_door(floor, correction.position)
+    return replace(floor, doors=tuple(each for each in floor.doors if each is not door)) if door else floor
 
 
 def change_door(floor: Floor, correction: ChangeDoor) -> Floor:

@@ -48,12 +48,18 @@ def find_door(floor: Floor, position: XY) -> Door:
 
     Raises CorrectionError without one.
     """
+    door = find_nearest_door(floor, position)
+    if door is None:
+        raise CorrectionError(f"no door is within {NEAR_DOOR} m of {describe_points(position)}, give a position on one")
+    return door
+
+
+def find_nearest_door(floor: Floor, position: XY) -> Door | None:
+    """The door or opening nearest to a position, if it is within NEAR_DOOR."""
     check_positions(position)
     point = Point(position)
     nearest = min(floor.doors, key=lambda door: (door.line.distance(point), middle_of(door.line)), default=None)
-    if nearest is None or nearest.line.distance(point) > NEAR_DOOR:
-        raise CorrectionError(f"no door is within {NEAR_DOOR} m of {describe_points(position)}, give a position on one")
-    return nearest
+    return nearest if nearest is not None and nearest.line.distance(point) <= NEAR_DOOR else None
 
 
 def position_in(polygon: Polygon) -> XY:

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable
 from difflib import get_close_matches
 
-from pianta.corrections._positions import draw_line, draw_outline, position_in
+from pianta.corrections._positions import draw_line, draw_outline, find_door, position_in
 from pianta.corrections._shapes import split_shape
-from pianta.corrections.kinds import XY, LabelRoom, MergeRooms, Points, SplitRoom
+from pianta.corrections.kinds import XY, DeleteDoor, LabelRoom, MergeRooms, Points, SplitRoom
 from pianta.errors import CorrectionError
 from pianta.floor import Floor, Room
 from pianta.labels import ALL_SCHEMAS, FCES, RC, normalize_label
@@ -51,6 +51,15 @@ def outline_of(floor: Floor, room_id: int) -> Points:
     outline: Points = tuple((float(x), float(y)) for x, y in corners)
     draw_outline(outline)
     return outline
+
+
+def delete_door_at(floor: Floor, position: XY) -> DeleteDoor:
+    """The correction that deletes the door or opening at a position.
+
+    Raises CorrectionError without one: a person who deletes a door sees one.
+    """
+    find_door(floor, position)
+    return DeleteDoor(position)
 
 
 def label_by_id(floor: Floor, room_id: int, label: str | None) -> LabelRoom:

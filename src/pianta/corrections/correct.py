@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from math import isclose, isfinite, sqrt
 from types import MappingProxyType
 from typing import Any
 
 from pianta.corrections import _doors, _rooms
-from pianta.corrections._positions import draw_line, find_room
+from pianta.corrections._positions import draw_line, find_nearest_room, find_room
 from pianta.corrections.kinds import (
     ChangeDoor,
     Correction,
@@ -101,6 +101,21 @@ def correct_all(floor: Floor, corrections: Iterable[Correction]) -> tuple[Floor,
             outcomes.append(Outcome(correction, changed=corrected is not floor, factor=factor))
             floor = corrected
     return floor, outcomes
+
+
+def find_unlabelled(floor: Floor, outcomes: Sequence[Outcome]) -> list[int]:
+    """The indexes of the rooms from which corrections have taken the label, after all of them."""
+    factor = 1.0
+    labels: dict[int, str | None] = {}
+    for outcome in reversed(outcomes):
+        if isinstance(outcome.correction, LabelRoom) and outcome.problem is None:
+            x, y = outcome.correction.position
+            room = find_nearest_room(floor.rooms, (x * factor, y * factor))
+            if room is not None:
+                labels.setdefault(room.id, outcome.correction.label)
+        # A position is in the metres of its time, and the floor is in the last ones
+        factor *= outcome.factor
+    return [index for index, room in enumerate(floor) if room.id in labels and labels[room.id] is None]
 
 
 def _set_type(floor: Floor, correction: SetType) -> Floor:

@@ -272,9 +272,9 @@ class Correctable:
         CorrectionError
             There is no door at the position.
         """
-        from pianta.corrections.kinds import DeleteDoor
+        from pianta.corrections.by_id import delete_door_at
 
-        return self.correct(DeleteDoor(position))
+        return self.correct(delete_door_at(self._floor, position))
 
     def correct(self, correction: Correction) -> Self:
         """Apply a correction.

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import compress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pianta._arguments import check_argument
 from pianta.errors import LabelError, OptionError
 from pianta.floor import Floor, Room
-from pianta.labels import SCHEMAS, LabelSchema, LabelSet, standard_building_type
+from pianta.labels import FCES, RC, SCHEMAS, LabelSchema, LabelSet, standard_building_type
 
 if TYPE_CHECKING:
     from pianta.building_types.model import BuildingTypeModel
@@ -113,6 +114,24 @@ class Labelling:
             types = classify_building(labelled, None).building_type
         classified = replace(labelled, building_type=types)
         return classified if classified.building_type or self.label_unknown else self._keep_reliable_labels(classified)
+
+    def relabel(self, floor: Floor) -> Floor:
+        """The floor with labels of the type that its building has by now, for the rooms whose label was predicted.
+
+        The same floor if a label is of no schema of this model: another model has predicted it.
+        """
+        from pianta.rooms.from_names import label_named_rooms
+        from pianta.rooms.model import has_manual_label
+
+        is_predicted = [bool(room.label_probabilities) and not has_manual_label(room) for room in floor]
+        own = {*RC, *FCES, *(name for schema in self.schemas.values() for name in schema.by_name)}
+        if not all(room.label is None or room.label in own for room in compress(floor, is_predicted)):
+            return floor
+        labelled = label_named_rooms(floor, self.rooms, self.words)
+        if not (floor.building_type or self.label_unknown):
+            labelled = self._keep_reliable_labels(labelled)
+        pairs = zip(floor, labelled, is_predicted, strict=True)
+        return replace(floor, rooms=tuple(new if predicted else old for old, new, predicted in pairs))
 
     def _keep_reliable_labels(self, floor: Floor) -> Floor:
         """The floor of a building of no known type, with the labels that do not depend on the type."""

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import warnings
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, TypedDict, Unpack, get_args
 
-from pianta.corrections.correct import Outcome, correct_all
+from pianta.corrections.correct import Outcome, correct_all, find_unlabelled
 from pianta.corrections.corrections_file import FILE_NAME
-from pianta.corrections.kinds import Correction
+from pianta.corrections.kinds import Correction, SetType
 from pianta.errors import FloorError, MapError, MapWarning, OptionError, PiantaError
 from pianta.floor import Floor
 from pianta.io._files import check_input_file, count_noun, short_repr
@@ -109,6 +109,7 @@ class Reader:
         floor, messages, grid = storey.floor, [], storey.grid
         uncorrected: Floor | None = None
         corrections: tuple[Correction, ...] = ()
+        unlabelled: list[int] = []
         # What people have corrected in the previous floor is corrected here too
         if self.corrected is not None:
             uncorrected, corrections = self._correct(floor, self.corrected, path)
@@ -116,13 +117,14 @@ class Reader:
             floor, outcomes = correct_all(keep_words(uncorrected, floor), corrections)
             grid = grid.scaled(measure_factor(outcomes))
             messages += describe_outcomes(outcomes)
+            unlabelled = find_unlabelled(floor, outcomes)
             uncorrected = self._label(uncorrected, self.corrected.uncorrected)
         # Rooms of the previous floor keep their ids
         if self.previous is not None:
             floor = _keep_ids(floor, self.previous, self.earlier, path)
             messages.append(describe_ids(floor, self.previous, self.earlier))
         # What each room is for (chapters 4 and 5), and what kind of building it is (chapter 6)
-        floor = self._label(floor, self.previous)
+        floor = without_labels(self._label(floor, self.previous), corrections, unlabelled)
         types = self.labelling.predicted_types if self.labelling and floor.rooms else ()
         return replace(
             storey,
@@ -279,6 +281,16 @@ def open_corrected(path: str | Path) -> SavedReading | None:
     folder = Path(path) if Path(path).is_dir() else Path(path).parent
     is_whole = Path(path).is_dir() or Path(path).name == OUTPUTS[0]
     return SavedReading.open(folder) if is_whole and (folder / FILE_NAME).exists() else None
+
+
+def without_labels(floor: Floor, corrections: Iterable[Correction], unlabelled: Collection[int]) -> Floor:
+    """The floor without the labels of rooms, named by their indexes, and the type that people have taken away."""
+    rooms = tuple(
+        replace(room, label=None, labels={}, label_probabilities={}) if index in unlabelled else room
+        for index, room in enumerate(floor)
+    )
+    types = [each.building_type for each in corrections if isinstance(each, SetType)]
+    return replace(floor, rooms=rooms, building_type={} if types[-1:] == [None] else floor.building_type)
 
 
 def describe_outcomes(outcomes: Sequence[Outcome]) -> list[str]:

@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from pianta.corrections.correct import Outcome, correct_all
+from pianta.corrections.correct import Outcome, correct, correct_all
 from pianta.corrections.corrections_file import FILE_NAME, read_corrections, save_corrections
-from pianta.corrections.kinds import Correction, move_correction
+from pianta.corrections.kinds import Correction, SetType, move_correction
 from pianta.errors import CorrectionError, FloorError, MapError
 from pianta.floor import Floor
 from pianta.gridmap import GridMap
@@ -68,11 +68,10 @@ class SavedReading:
 
         Raises CorrectionError, in one line, if the correction does not fit the floor.
         """
-        corrected, (outcome,) = correct_all(self.floor, [correction])
-        if outcome.problem:
-            raise CorrectionError(outcome.problem)
-        if not outcome.changed:
+        if correct(self.floor, correction) is self.floor:
             return self
+        corrected, (outcome,) = correct_all(self.floor, [correction])
+        corrected = label_by_given_type(corrected, [correction])
         corrections, outcomes = (*self.corrections, correction), (*self.outcomes, outcome)
         grid = self._scale_grid(outcome.factor)
         return replace(self, floor=corrected, corrections=corrections, outcomes=outcomes, grid=grid)
@@ -81,6 +80,7 @@ class SavedReading:
         """The reading with these corrections alone; rooms that were there before have their ids."""
         corrected, outcomes = correct_all(self.uncorrected, corrections)
         floor = keep_words(keep_room_ids(corrected, self.floor, earlier=[self.uncorrected]), corrected)
+        floor = label_by_given_type(floor, corrections)
         grid = self._scale_grid(measure_factor(outcomes) / measure_factor(self.outcomes))
         return replace(self, floor=floor, corrections=tuple(corrections), outcomes=tuple(outcomes), grid=grid)
 
@@ -119,6 +119,15 @@ def keep_words(floor: Floor, source: Floor) -> Floor:
         for room, own in zip(floor.rooms, source.rooms, strict=True)
     )
     return replace(floor, rooms=rooms)
+
+
+def label_by_given_type(floor: Floor, corrections: Iterable[Correction]) -> Floor:
+    """The floor with labels of the type of its building, if one of the corrections has given the type."""
+    from pianta.reading._labelling import Labelling
+
+    if not any(isinstance(correction, SetType) for correction in corrections):
+        return floor
+    return Labelling.make(None, None, None, None).relabel(floor)
 
 
 def measure_factor(outcomes: Iterable[Outcome]) -> float:

@@ -7,10 +7,11 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 
-from pianta.corrections.by_id import label_by_id, merge_by_id, outline_of, position_of, split_by_id
+from pianta.corrections.by_id import delete_door_at, label_by_id, merge_by_id, outline_of, position_of, split_by_id
 from pianta.corrections.corrections_file import parse_correction
 from pianta.corrections.kinds import (
     Correction,
+    DeleteDoor,
     DeleteRoom,
     MarkOutside,
     NameRoom,
@@ -36,7 +37,8 @@ def read_edit(floor: Floor, edit: Mapping[str, Any]) -> Correction:
     Raises CorrectionError, in one line, for an edit of another form, or of a room that the floor does not have.
     """
     if not ({"room", "rooms"} & edit.keys()):
-        return parse_correction(dict(edit))
+        correction = parse_correction(dict(edit))
+        return delete_door_at(floor, correction.position) if isinstance(correction, DeleteDoor) else correction
     try:
         parsed: _Edit = _ADAPTER.validate_python(edit)
     except ValidationError as error:
