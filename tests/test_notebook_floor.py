@@ -23,9 +23,10 @@ def browser() -> Iterator[Any]:
     yield from open_browser()
 
 
-def show(browser: Any, html: str, tmp_path: Path) -> Any:
+def show(browser: Any, html: str | None, tmp_path: Path) -> Any:
     """A page with the HTML of a cell between others, and what went wrong in it."""
     file = tmp_path / "notebook.html"
+    assert html
     text = f"<!doctype html><meta charset=utf-8><title>notebook</title><p id=before>In</p>{html}<p id=after>Out</p>"
     file.write_text(text, encoding="utf-8")
     page = browser.new_page(viewport={"width": 1200, "height": 800})
