@@ -247,7 +247,7 @@ def open_tab(browser: Any, client: Client, number: int) -> Any:
 
 
 def texts_on_map(tab: Tab) -> list[str]:
-    return [text for text in tab.page.locator(".room-text").all_text_contents() if text]
+    return [text for text in tab.page.locator(".mark-text").all_text_contents() if text]
 
 
 class TestPage:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Mapping
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import networkx as nx
 from shapely import box
@@ -15,7 +15,8 @@ from pianta.io._files import short_repr
 from pianta.io.graphs import read_graph
 from pianta.labels import ALL_SCHEMAS
 from pianta.plot.graphs import place_nodes
-from pianta.plot.styles import RoomStyle, style_rooms
+from pianta.plot.styles import style_rooms
+from pianta.view.states import choose_looks
 
 Positions: TypeAlias = Mapping[Hashable, tuple[float, float]]
 # A layout of more rooms takes a minute; chosen by hand.
@@ -63,12 +64,24 @@ def count_labels(graph: nx.Graph) -> dict[str, Any]:
     }
 
 
-def style_nodes(graph: nx.Graph) -> dict[Hashable, RoomStyle]:
+class NodeStyle(NamedTuple):
+    """The colour of the function of a node's label, as on floors, and whether it is a corridor."""
+
+    color: str
+    is_corridor: bool
+
+
+def style_nodes(graph: nx.Graph) -> dict[Hashable, NodeStyle]:
     """The style of each node by its label, in the schema of the graph's building type."""
     building_type = graph.graph.get("building_type")
     types = {building_type: 1.0} if isinstance(building_type, str) and building_type else {}
     rooms = tuple(Room(number, box(0, 0, 1, 1), label_of(graph, node)) for number, node in enumerate(graph, start=1))
-    return dict(zip(graph, style_rooms(Floor(rooms, building_type=types), ALL_SCHEMAS).values(), strict=True))
+    floor = Floor(rooms, building_type=types)
+    looks, styles = choose_looks(floor), style_rooms(floor, ALL_SCHEMAS)
+    return {
+        node: NodeStyle(str(looks[number]["colour"]), styles[number].is_corridor)
+        for number, node in enumerate(graph, start=1)
+    }
 
 
 def label_of(graph: nx.Graph, node: Hashable) -> str | None:

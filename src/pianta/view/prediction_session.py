@@ -17,9 +17,8 @@ from pianta.gridmap import GridMap
 from pianta.io._files import count_noun
 from pianta.io.floors import read_floor
 from pianta.io.maps import read_npz_map
-from pianta.plot.styles import RoomStyle
 from pianta.prediction.prediction_file import SavedEnd, SavedPrediction, read_prediction
-from pianta.view.drawn_graphs import count_labels, describe_graph, open_graph, style_nodes
+from pianta.view.drawn_graphs import NodeStyle, count_labels, describe_graph, open_graph, style_nodes
 from pianta.view.result_sessions import ResultSession, describe_shapes
 from pianta.view.room_positions import place_unknown, radius_of
 
@@ -147,7 +146,7 @@ def _describe_end(end: SavedEnd, floor: Floor | None) -> dict[str, Any]:
 
 
 def _describe_node(
-    graph: nx.Graph, node: Hashable, xy: dict[Hashable, tuple[float, float]], style: RoomStyle
+    graph: nx.Graph, node: Hashable, xy: dict[Hashable, tuple[float, float]], style: NodeStyle
 ) -> dict[str, Any]:
     data = graph.nodes[node]
     return {

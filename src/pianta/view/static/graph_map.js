@@ -66,7 +66,7 @@ export class GraphMap {
       if (!text) continue;
       const line = document.createElement("span");
       line.textContent = text;
-      const icon = L.divIcon({ html: line, className: "room-text", iconSize: [0, 0] });
+      const icon = L.divIcon({ html: line, className: "mark-text", iconSize: [0, 0] });
       L.marker([node.centre[1], node.centre[0]], { icon, interactive: false, keyboard: false }).addTo(this.texts);
     }
   }

@@ -154,7 +154,7 @@ export class Predicted {
 }
 
 function write(group, [x, y], text, className = "") {
-  const icon = L.divIcon({ html: element("span", {}, text), className: `room-text predicted-text ${className}`, iconSize: [0, 0] });
+  const icon = L.divIcon({ html: element("span", {}, text), className: `mark-text predicted-text ${className}`, iconSize: [0, 0] });
   L.marker([y, x], { icon, interactive: false, keyboard: false, pane: "markerPane" }).addTo(group);
 }
 
