@@ -11,7 +11,7 @@ from typing import Any
 
 from pianta.io._files import atomic_file
 from pianta.io._folders import check_output_file
-from pianta.view.opened import AnySession, open_session
+from pianta.view.opened import AnySession, open_sessions
 from pianta.view.result_sessions import ResultSession
 
 STATIC = Path(__file__).parent / "static"
@@ -32,9 +32,7 @@ def save_report(folders: Mapping[str, Path], file: Path) -> None:
     Raises PiantaError, in one line, for a folder that cannot be read, and a file that cannot be written.
     """
     check_output_file(file, "report")
-    content = make_report(
-        describe_for_report(open_session(number, *item)) for number, item in enumerate(folders.items())
-    )
+    content = make_report(map(describe_for_report, open_sessions(folders)))
     with atomic_file(file) as temporary:
         temporary.write_text(content, encoding="utf-8")
 

@@ -8,6 +8,7 @@ from pathlib import Path
 from pianta.errors import OptionError
 from pianta.io._files import real_path, short_repr
 from pianta.io._folders import choose_names
+from pianta.io.building_folders import read_storey_folders
 from pianta.reading.saved_reading import FLOOR
 
 # Folders of floors in a gallery, at most; a limit of time, chosen by hand.
@@ -64,6 +65,9 @@ def _find_below(folder: Path, depth: int) -> list[Path]:
         paths += sorted(folder.glob(BUILDINGS))[:1]
         if paths:
             return paths
+        storeys = read_storey_folders(folder) if depth else None
+        if storeys is not None:
+            return [below for name in storeys.titles for below in _find_below(folder / name, 0)]
         inner = sorted(path for path in folder.iterdir() if path.is_dir()) if depth else []
     except (OSError, ValueError):
         return []

@@ -25,7 +25,7 @@ from pianta.corrections.corrections_file import MAX_CORRECTIONS
 from pianta.errors import OptionError, PiantaError
 from pianta.io._files import one_line_reason, short_repr
 from pianta.view.guard import App, Guard
-from pianta.view.opened import AnySession, open_session
+from pianta.view.opened import AnySession, open_sessions
 from pianta.view.result_sessions import ResultSession
 from pianta.view.sessions import NOT_FOUND, RefusedError, Session
 
@@ -53,7 +53,7 @@ def make_app(folders: Mapping[str, Path], *, token: str) -> App:
 
     Raises PiantaError, in one line, for a single folder that cannot be read.
     """
-    sessions = [open_session(number, name, path) for number, (name, path) in enumerate(folders.items())]
+    sessions = open_sessions(folders)
     if len(sessions) == 1:
         # A damaged folder is refused at once, and a floor is shown sooner
         sessions[0].describe()

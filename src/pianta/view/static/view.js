@@ -1,4 +1,4 @@
-// The page of `pianta view`: a gallery of maps, or one of them. The address has the map: #map=0.
+// The page of `pianta view`: a gallery of maps, or one of them. The address has the map: #map=0, and may have a room: #map=0&room=3.
 
 import { byId, warn } from "./elements.js";
 import { FloorPage } from "./floor_page.js";
@@ -13,13 +13,14 @@ let page = null;
 let collection = null;
 let maps = [];
 
-function mapInAddress() {
-  const number = /^#map=(\d+)$/.exec(location.hash)?.[1];
-  return number === undefined ? null : Number(number);
+function placeInAddress() {
+  const [, number, room] = /^#map=(\d+)(?:&room=(\d+))?$/.exec(location.hash) ?? [];
+  return { number: number === undefined ? null : Number(number), room: room === undefined ? null : Number(room) };
 }
 
 async function show() {
-  const number = mapInAddress() ?? (maps.length === 1 ? maps[0].map : null);
+  const place = placeInAddress();
+  const number = place.number ?? (maps.length === 1 ? maps[0].map : null);
   const one = number !== null;
   collection?.close();
   collection = null;
@@ -41,6 +42,7 @@ async function show() {
     // For the console of the browser, and for tests.
     globalThis.pianta = page;
     await page.open(number);
+    if (place.room !== null) page.select(page.shapes?.byId.get(place.room) ?? null, true);
     return;
   }
   page?.close();
