@@ -164,7 +164,9 @@ def is_wrapped(path: str | Path) -> bool:
     try:
         with Path(path).open("rb") as file:
             return unwrap_png(file.read(MAX_FILE_BYTES)) is not None
-    except (OSError, ValueError, MapError):
+    except MapError:  # damaged, and a map all the same
+        return True
+    except (OSError, ValueError):
         return False
 
 
