@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 from rosbags.rosbag1 import Writer as Writer1
-from rosbags.rosbag2 import CompressionMode, StoragePlugin
+from rosbags.rosbag2 import StoragePlugin
 from rosbags.rosbag2 import Writer as Writer2
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
@@ -56,17 +56,14 @@ def make_update(types: Any, cells: Any, x: int, y: int) -> Any:
 
 def write_bag(path: Path, messages: list[tuple[str, str, Any]], *, storage: str = "mcap") -> Path:
     """A ROS 2 folder, or a ROS 1 .bag by its suffix, of topics, types and messages, a second apart."""
-    if path.suffix == ".bag":
-        types, writer, serialize = ROS1, Writer1(path), ROS1.serialize_ros1
-    else:
-        plugin = StoragePlugin.MCAP if storage.startswith("mcap") else StoragePlugin.SQLITE3
-        types, writer, serialize = ROS2, Writer2(path, version=9, storage_plugin=plugin), ROS2.serialize_cdr
-        if storage.endswith("zstd"):
-            writer.set_compression(CompressionMode.MESSAGE, type(writer).CompressionFormat.ZSTD)
+    types: Any = ROS1 if path.suffix == ".bag" else ROS2
+    serialize = types.serialize_ros1 if types is ROS1 else types.serialize_cdr
+    plugin = StoragePlugin.MCAP if storage == "mcap" else StoragePlugin.SQLITE3
+    writer: Any = Writer1(path) if types is ROS1 else Writer2(path, version=9, storage_plugin=plugin)
     with writer as open_writer:
-        connections = {}
-        for second, (topic, kind, message) in enumerate(messages, start=1):
+        connections: dict[str, Any] = {}
+        for second, (topic, message_type, message) in enumerate(messages, start=1):
             if topic not in connections:
-                connections[topic] = open_writer.add_connection(topic, kind, typestore=types)
-            open_writer.write(connections[topic], second * 10**9, serialize(message, kind))
+                connections[topic] = open_writer.add_connection(topic, message_type, typestore=types)
+            open_writer.write(connections[topic], second * 10**9, serialize(message, message_type))
     return path

@@ -1,5 +1,8 @@
 """Maps from rosbags, which rosbags itself has written."""
 
+from pathlib import Path
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -15,11 +18,11 @@ from tests.bag_files import GRID_TYPE, ROS1, ROS2, make_grid, make_grid_of_map, 
 CELLS = [[0, 100, -1], [50, 0, 0]]
 
 
-def types_of(name):
+def types_of(name: str) -> Any:
     return ROS1 if name.endswith(".bag") else ROS2
 
 
-def read_or_fail(path):
+def read_or_fail(path: Path) -> str:
     """What is wrong with a bag; another exception than ours fails the test."""
     try:
         return repr(pianta.read_map(path, max_cells=1000))
@@ -27,7 +30,7 @@ def read_or_fail(path):
         return str(error)
 
 
-def write_grids(folder, *grids, name="run", topic="/map", storage="mcap"):
+def write_grids(folder: Path, *grids: Any, name="run", topic="/map", storage="mcap") -> Path:
     messages = [(topic, GRID_TYPE, make_grid(types_of(name), cells)) for cells in grids]
     return write_bag(folder / name, messages, storage=storage)
 
@@ -104,7 +107,7 @@ class TestUpdates:
 
 
 class TestTopics:
-    def write_two(self, folder):
+    def write_two(self, folder: Path) -> Path:
         messages = [(f"/{name}", GRID_TYPE, make_grid(ROS2, [[number]])) for number, name in enumerate(("a", "b"))]
         return write_bag(folder / "run", messages)
 
@@ -200,8 +203,8 @@ class TestDamagedBags:
         content, random = path.read_bytes(), np.random.default_rng(0)
         for _ in range(100):
             damaged = bytearray(content)
-            for place in random.integers(0, len(content), 5):
-                damaged[place] = random.integers(0, 256)
+            for index in random.integers(0, len(content), 5):
+                damaged[index] = random.integers(0, 256)
             path.write_bytes(damaged)
             assert "\n" not in read_or_fail(path)
 

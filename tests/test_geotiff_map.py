@@ -1,5 +1,7 @@
 """GeoTIFFs: resolution and position from their tags."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from PIL import Image, TiffImagePlugin
@@ -13,7 +15,7 @@ GREYS = np.array([[255, 0, 200], [255, 255, 0]], np.uint8)
 CELLS = [[0, 100, -1], [0, 0, 100]]
 
 
-def write(path, *, scale=None, tiepoint=None, matrix=None, keys=None):
+def write(path: Path, *, scale=None, tiepoint=None, matrix=None, keys=None) -> Path:
     tags = TiffImagePlugin.ImageFileDirectory_v2()
     for tag, values in ((33550, scale), (33922, tiepoint), (34264, matrix)):
         if values is not None:

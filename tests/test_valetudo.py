@@ -35,12 +35,12 @@ MEMBERS = {
 }
 
 
-def write(path, **changes):
+def write(path: Path, **changes: object) -> Path:
     path.write_text(json.dumps({**MEMBERS, **changes}), encoding="utf-8")
     return path
 
 
-def write_png(path, content):
+def write_png(path: Path, content: bytes) -> Path:
     """A PNG of one white pixel, with the map in a chunk of compressed text."""
     Image.new("RGB", (1, 1), "white").save(path)
     text = b"ValetudoMap\0\0" + zlib.compress(content)

@@ -61,17 +61,17 @@ def read_bag(
     Raises MapError, in one line, for a damaged bag, for one without grids or without this message, and OptionError if
     several topics have grids or rosbags is not installed.
     """
-    found = None
+    newest = None
     for each in _iterate_grids(path, topic, max_cells, message):
-        found = each
-    if found is None:
+        newest = each
+    if newest is None:
         raise MapError(f"bag {short_repr(path)} has the topic and no message of it, give another bag")
-    if message not in ("last", found.number):
+    if message not in ("last", newest.number):
         raise MapError(
-            f"bag {short_repr(path)} has {count_noun(found.number, 'map')}, not {message}; "
-            f"give message= up to {found.number}"
+            f"bag {short_repr(path)} has {count_noun(newest.number, 'map')}, not {message}; "
+            f"give message= up to {newest.number}"
         )
-    return found.build(Path(path).name)
+    return newest.build(Path(path).name)
 
 
 def iterate_bag(path: str | Path, *, topic: str | None = None, max_cells: int = MAX_CELLS) -> Iterator[GridMap]:
@@ -105,7 +105,7 @@ class _Grid:
         if self.builder is None:
             try:
                 message = self.bag.decode(self.raw, GRID_TYPE)
-                self.builder = MapBuilder.of_message(message, max_cells=self.bag.max_cells)
+                self.builder = MapBuilder.from_message(message, max_cells=self.bag.max_cells)
             except MapError as error:
                 raise MapError(f"bag {short_repr(self.bag.path)}: map {self.number}: {error}") from None
             self.raw = b""

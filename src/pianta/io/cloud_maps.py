@@ -21,7 +21,7 @@ MAX_METRES = 10_000.0  # from zero; larger coordinates are of the earth and need
 
 @dataclass(frozen=True, kw_only=True)
 class CloudParameters:
-    """Heights in metres, above the floor where nothing else is said; chosen by hand, no fit is on record."""
+    """Heights in metres, above the floor except where noted; chosen by hand, no fit is on record."""
 
     bin: float = 0.05  # of the histogram of heights
     min_peak: float = 0.2  # points at the height of the floor, as a share of those at the most frequent height

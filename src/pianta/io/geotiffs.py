@@ -68,7 +68,7 @@ def _read_keys(tags: Any) -> dict[int, int]:  # noqa: ANN401
     """The keys of the directory that have short values."""
     numbers = [int(number) for number in tags.get(KEYS_TAG, ())]
     entries = (numbers[at : at + 4] for at in range(4, len(numbers) - 3, 4))
-    return {key: value for key, place, _, value in entries if place == 0}
+    return {key: value for key, location, _, value in entries if location == 0}
 
 
 def _read_frame(

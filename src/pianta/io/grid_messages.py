@@ -51,7 +51,7 @@ class MapBuilder:
     origin: tuple[float, float, float]
 
     @classmethod
-    def of_message(cls, message: GridMessage, *, max_cells: int = MAX_CELLS) -> MapBuilder:
+    def from_message(cls, message: GridMessage, *, max_cells: int = MAX_CELLS) -> MapBuilder:
         """The map of a grid; raises MapError for sizes that contradict the data, and for an impossible origin."""
         info = message.info
         cells = _read_cells(message.data, info.width, info.height, "grid", max_cells).copy()
@@ -81,8 +81,8 @@ class MapBuilder:
 
 
 def grid_from_message(message: GridMessage, source: str = "") -> GridMap:
-    """Map of a nav_msgs/OccupancyGrid; raises MapError if it is none."""
-    return MapBuilder.of_message(message).build(source)
+    """Map of a nav_msgs/OccupancyGrid; raises MapError for another message."""
+    return MapBuilder.from_message(message).build(source)
 
 
 def read_yaw(quaternion: Any) -> float:  # noqa: ANN401

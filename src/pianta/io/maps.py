@@ -114,8 +114,8 @@ def read_map(
 
 def _refuse_frame(path: str | Path, resolution: float | None, origin: object) -> None:
     """Raise MapError if a map that has its own resolution or origin is given another."""
-    given = [name for name, value in (("resolution=", resolution), ("origin=", origin)) if value is not None]
-    if given:
+    names = [name for name, value in (("resolution=", resolution), ("origin=", origin)) if value is not None]
+    if names:
         raise MapError(f"map {short_repr(path)} has its own resolution and origin, leave out resolution= and origin=")
 
 

@@ -78,7 +78,7 @@ class PointFile:
         if self.encoding == "packed":
             yield self._unpack(file)
             return
-        dtype = np.dtype([(name, self.encoding + kind, (n,)) for name, kind, n in self.fields])
+        dtype = np.dtype([(name, self.encoding + dtype_name, (n,)) for name, dtype_name, n in self.fields])
         for first in range(0, self.count, BLOCK):
             expected = min(BLOCK, self.count - first)
             points = np.frombuffer(file.read(expected * dtype.itemsize), dtype, -1) if expected else np.empty(0, dtype)
@@ -105,10 +105,10 @@ class PointFile:
         check_byte_count(unpacked, MapError, max_bytes=MAX_PACKED_BYTES)
         content = unpack_lzf(file.read(packed), unpacked)
         columns, at = {}, 0
-        for name, kind, count in self.fields:
-            size = np.dtype(kind).itemsize * count * self.count
+        for name, dtype_name, count in self.fields:
+            size = np.dtype(dtype_name).itemsize * count * self.count
             if name in "xyz":
-                columns[name] = np.frombuffer(content[at : at + size], "<" + kind).astype(float)
+                columns[name] = np.frombuffer(content[at : at + size], "<" + dtype_name).astype(float)
             at += size
         if any(len(column) != self.count for column in columns.values()):
             raise MapError(self._describe_end(0))
@@ -153,12 +153,12 @@ def parse_pcd_header(read_line: Callable[[], str]) -> Header:
     names, sizes, kinds = keys["FIELDS"], keys["SIZE"], keys["TYPE"]
     counts = keys.get("COUNT", ["1"] * len(names))
     fields = [
-        (name, f"{_PCD_KINDS[kind.upper()]}{int(size)}", int(count))
-        for name, size, kind, count in zip(names, sizes, kinds, counts, strict=True)
+        (name, f"{_PCD_KINDS[dtype_name.upper()]}{int(size)}", int(count))
+        for name, size, dtype_name, count in zip(names, sizes, kinds, counts, strict=True)
     ]
     encoding = {"ascii": "ascii", "binary": "<", "binary_compressed": "packed"}[keys["DATA"][0].lower()]
     points = keys["POINTS"] if "POINTS" in keys else [str(int(keys["WIDTH"][0]) * int(keys["HEIGHT"][0]))]
-    # PCL writes "_" for bytes that nobody reads, several times
+    # PCL writes "_" for bytes without a meaning, several times
     return encoding, int(points[0]), _check_fields(fields)
 
 
@@ -180,26 +180,26 @@ def parse_ply_header(read_line: Callable[[], str]) -> Header:
                 element = name
             case ["property", "list", *_] if element == "vertex":
                 raise ValueError("its points have lists, write points without them")
-            case ["property", kind, name] if element == "vertex":
-                fields.append((name, _PLY_KINDS[kind], 1))
+            case ["property", dtype_name, name] if element == "vertex":
+                fields.append((name, _PLY_KINDS[dtype_name], 1))
             case ["end_header"]:
                 return encoding, count, _check_fields(fields)
     raise ValueError("its header has no end")
 
 
 def _check_fields(fields: list[tuple[str, str, int]]) -> list[tuple[str, str, int]]:
-    """The fields, repeated names with their places; raises ValueError for impossible ones."""
+    """The fields, repeated names with their indices; raises ValueError for impossible ones."""
     if len(fields) > MAX_FIELDS or any(not 1 <= count <= MAX_FIELDS for _, _, count in fields):
         raise ValueError(f"it has more than {MAX_FIELDS} fields")
-    for _, kind, _ in fields:
+    for _, dtype_name, _ in fields:
         try:
-            np.dtype(kind)
+            np.dtype(dtype_name)
         except TypeError:
-            raise ValueError(f"a field is of type {kind}") from None
+            raise ValueError(f"a field is of type {dtype_name}") from None
     names = [name for name, _, _ in fields]
     return [
-        (name if names.index(name) == place else f"{name} {place}", kind, count)
-        for place, (name, kind, count) in enumerate(fields)
+        (name if names.index(name) == index else f"{name} {index}", dtype_name, count)
+        for index, (name, dtype_name, count) in enumerate(fields)
     ]
 
 

@@ -33,7 +33,7 @@ _PNG = b"\x89PNG\r\n\x1a\n"
 # The chunk of compressed text, and its keyword, in the PNGs that Valetudo sends over MQTT.
 _TEXT_CHUNK, _KEYWORD = b"zTXt", CLASS_NAME.encode()
 
-Kind = Literal["floor", "wall", "segment"]
+LayerType = Literal["floor", "wall", "segment"]
 _Coordinate = Annotated[int, Field(ge=0, le=MAX_PIXEL)]
 
 
@@ -51,7 +51,7 @@ class Layer(BaseModel):
 
     model_config = ConfigDict(frozen=True, populate_by_name=True)
 
-    type: Kind
+    type: LayerType
     metaData: MetaData = MetaData()  # noqa: N815
     pixels: list[_Coordinate] = []
     compressedPixels: list[_Coordinate] = []  # noqa: N815
@@ -119,8 +119,8 @@ def parse_vacuum_map(content: bytes, source: str, *, max_cells: int = MAX_CELLS)
     from pydantic_core import from_json
 
     with validation_as(MapError):
-        drawn = ValetudoMap.model_validate_json(content.removeprefix(b"\xef\xbb\xbf"))
-    layers = [(layer, layer.list_runs()) for layer in drawn.layers]
+        parsed = ValetudoMap.model_validate_json(content.removeprefix(b"\xef\xbb\xbf"))
+    layers = [(layer, layer.list_runs()) for layer in parsed.layers]
     runs = np.concatenate([np.zeros((0, 3), np.int64), *(each for _, each in layers)])
     if not len(runs):
         raise MapError("it has no pixels, drive the robot once around")
@@ -133,7 +133,7 @@ def parse_vacuum_map(content: bytes, source: str, *, max_cells: int = MAX_CELLS)
     # A pixel of a wall is a wall, also where a segment has it
     for layer, each in sorted(layers, key=lambda pair: pair[0].type == "wall"):
         cells[list_pixels(each - (left, top, 0))] = OCCUPIED if layer.type == "wall" else FREE
-    side = drawn.pixelSize / CM_PER_METRE
+    side = parsed.pixelSize / CM_PER_METRE
     origin = (float(left * side), float(-(top + height) * side), 0.0)
     segments = (
         Segment(str(layer.metaData.segmentId), clean_name(layer.metaData.name), each)
@@ -175,9 +175,9 @@ def unwrap_png(content: bytes) -> bytes | None:
     position = len(_PNG)
     while content.startswith(_PNG) and position + 8 <= len(content):
         size = int.from_bytes(content[position : position + 4], "big")
-        kind, data = content[position + 4 : position + 8], content[position + 8 : position + 8 + size]
+        chunk_type, data = content[position + 4 : position + 8], content[position + 8 : position + 8 + size]
         keyword, _, text = data.partition(b"\0")
-        if kind == _TEXT_CHUNK and keyword == _KEYWORD:
+        if chunk_type == _TEXT_CHUNK and keyword == _KEYWORD:
             unpacker = zlib.decompressobj()
             try:
                 # The first byte is the method of compression, of which there is one

@@ -33,16 +33,16 @@ def read_valetudo_floor(path: str | Path) -> Floor:
     """
     file, content = open_building(path, BuildingFormat.VALETUDO)
     try:
-        drawn = parse_vacuum_map(content, file.name)
+        vacuum_map = parse_vacuum_map(content, file.name)
     except MapError as error:
         raise BuildingError(f"cannot read the building {short_repr(file)}: {error}") from None
     findings = Findings()
-    check_room_count(len(drawn.segments), "segments", findings)
+    check_room_count(len(vacuum_map.segments), "segments", findings)
     findings.raise_faults(file)
-    side = drawn.grid.resolution
+    side = vacuum_map.grid.resolution
     rooms = [
         Room(number, outline_runs(segment.runs, side, findings, segment.id), name=segment.name)
-        for number, segment in _number_segments(drawn.segments, findings)
+        for number, segment in _number_segments(vacuum_map.segments, findings)
     ]
     findings.warn(file)
     return Floor(tuple(rooms), source=file.name)
@@ -63,14 +63,14 @@ def outline_runs(runs: NDArray[np.int64], side: float, findings: Findings, name:
 
 def _number_segments(segments: tuple[Segment, ...], findings: Findings) -> Iterator[tuple[int, Segment]]:
     """The segments with their ids, those that are no ids of rooms with the next free ones."""
-    given = {
+    valid_ids = {
         int(segment.id) for segment in segments if segment.id.isdecimal() and 0 < int(segment.id[:12] or 0) <= MAX_ID
     }
-    taken: set[int] = set()
+    used_ids: set[int] = set()
     for segment in segments:
         number = int(segment.id[:12]) if segment.id.isdecimal() else 0
-        if number not in given or number in taken:
-            number = max(given | taken, default=0) + 1
+        if number not in valid_ids or number in used_ids:
+            number = max(valid_ids | used_ids, default=0) + 1
             findings.repairs[f"segment {segment.id[:40]!r} has the id {number} now"] = None
-        taken.add(number)
+        used_ids.add(number)
         yield number, segment

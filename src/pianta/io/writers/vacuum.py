@@ -71,18 +71,18 @@ def write_valetudo(building: Building, target: Path, options: WriteOptions) -> l
     labels = sheet.floor.label_image(grid)
     masks = {room.id: grid.free & (labels == room.id) for room in sheet.floor}
     empty = [number for number, mask in masks.items() if not mask.any()]
-    drawn: list[tuple[str, Mask, dict[str, Any]]] = [
+    parts: list[tuple[str, Mask, dict[str, Any]]] = [
         ("floor", grid.free & (labels == 0), {}),
         ("wall", grid.occupied, {}),
         *(("segment", masks[room.id], _describe_segment(room, sheet)) for room in storey.floor),
     ]
-    layers = [_make_layer(kind, mask, sheet, data) for kind, mask, data in drawn if mask.any()]
+    layers = [_make_layer(layer_type, mask, sheet, data) for layer_type, mask, data in parts if mask.any()]
     bottom, right = sheet.corner[1] + grid.shape[0], sheet.corner[0] + grid.shape[1]
     area = sum(layer["metaData"]["area"] for layer in layers if layer["type"] != "wall")
     content = {
         "__class": CLASS_NAME,
-        "size": {"x": _whole(right * side), "y": _whole(bottom * side)},
-        "pixelSize": _whole(side),
+        "size": {"x": _drop_point(right * side), "y": _drop_point(bottom * side)},
+        "pixelSize": _drop_point(side),
         **sheet.members,
         "metaData": {**sheet.members["metaData"], "totalLayerArea": area},
         "layers": layers,
@@ -167,7 +167,7 @@ def match_segments(floor: Floor, robot: VacuumMap) -> tuple[dict[int, str], list
             numbers[room] = segment.id
     new = [room.id for room in floor if room.id not in numbers]
     highest = max((int(each.id) for each in robot.segments if each.id.isdecimal() and len(each.id) < 10), default=0)
-    return numbers | {room: str(highest + place) for place, room in enumerate(new, start=1)}, new
+    return numbers | {room: str(highest + number) for number, room in enumerate(new, start=1)}, new
 
 
 def _only_storey(building: Building) -> Storey:
@@ -186,7 +186,7 @@ def _move_floor(floor: Floor, grid: GridMap, moved: GridMap) -> Floor:
     return Floor(tuple(Room(room.id, shapely.transform(room.polygon, move)) for room in floor))
 
 
-def _make_layer(kind: str, mask: Mask, sheet: _Sheet, data: dict[str, Any]) -> dict[str, Any]:
+def _make_layer(layer_type: str, mask: Mask, sheet: _Sheet, data: dict[str, Any]) -> dict[str, Any]:
     """A layer of the cells of a mask, shape (H, W), as Valetudo writes it: runs, extent, and area in cm²."""
     rows, cols = np.nonzero(mask)
     x, y = cols + sheet.corner[0], rows + sheet.corner[1]
@@ -194,8 +194,8 @@ def _make_layer(kind: str, mask: Mask, sheet: _Sheet, data: dict[str, Any]) -> d
     runs = np.column_stack([x[starts], y[starts], np.diff(starts, append=len(x))])
     return {
         "__class": "MapLayer",
-        "metaData": {**data, "area": _whole(len(x) * (sheet.grid.resolution * CM_PER_METRE) ** 2)},
-        "type": kind,
+        "metaData": {**data, "area": _drop_point(len(x) * (sheet.grid.resolution * CM_PER_METRE) ** 2)},
+        "type": layer_type,
         "pixels": [],
         "dimensions": {"x": _measure_extent(x), "y": _measure_extent(y), "pixelCount": len(x)},
         "compressedPixels": runs.ravel().tolist(),
@@ -234,7 +234,7 @@ def _to_valetudo(points: Iterable[tuple[float, ...]]) -> list[list[int]]:
     return [[round(x * CM_PER_METRE), round(-y * CM_PER_METRE)] for x, y, *_ in points]
 
 
-def _whole(value: float) -> float | int:
+def _drop_point(value: float) -> float | int:
     """The number without a point if it is whole, up to rounding."""
     return round(value) if abs(value - round(value)) < 1e-6 else round(value, 6)
 
