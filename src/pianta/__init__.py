@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from pianta.prediction.prediction import Prediction, predict
     from pianta.reading.read import Failure, read, read_all
     from pianta.reading.reading import Reading
+    from pianta.reading.series import read_series
     from pianta.realism.assess import assess_realism
     from pianta.rooms.label import label_rooms
     from pianta.rooms.training import train_rooms
@@ -81,6 +82,7 @@ __all__ = [
     "read_floor",
     "read_map",
     "read_plan",
+    "read_series",
     "reconstruct",
     "score_floor",
     "train_building_types",
@@ -127,6 +129,7 @@ _MODULES = {
     "read_floor": "io.floors",
     "read_map": "io.maps",
     "read_plan": "plan.read_plan",
+    "read_series": "reading.series",
     "reconstruct": "layout.reconstruct",
     "score_floor": "evaluation.floor_scores",
     "train_building_types": "building_types.model",
