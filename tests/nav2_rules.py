@@ -85,10 +85,10 @@ def check_whole(nodes: list[Any], edges: list[Any]) -> list[str]:
     """Ids are unique over nodes and edges; ends exist; frames agree."""
     ids = [each["properties"].get("id") for each in (*nodes, *edges)]
     faults = [f"id {number} occurs again" for index, number in enumerate(ids) if number in ids[:index]]
-    known = {node["properties"].get("id") for node in nodes}
+    node_ids = {node["properties"].get("id") for node in nodes}
     for edge in edges:
         ends = [edge["properties"].get(key) for key in ("startid", "endid")]
-        faults += [f"end {end} is no node" for end in ends if end not in known]
+        faults += [f"end {end} is no node" for end in ends if end not in node_ids]
         faults += [f"edge from {ends[0]} to itself"] if ends[0] == ends[1] else []
     frames = {node["properties"].get("frame") for node in nodes}
     return faults + ([f"frames {frames}"] if len(frames) > 1 else [])

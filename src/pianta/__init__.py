@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from pianta.prediction.prediction import Prediction, predict
     from pianta.reading.read import Failure, read, read_all
     from pianta.reading.reading import Reading
+    from pianta.reading.series import read_series
     from pianta.realism.assess import assess_realism
     from pianta.rooms.label import label_rooms
     from pianta.rooms.training import train_rooms
@@ -85,6 +86,7 @@ __all__ = [
     "read_map",
     "read_plan",
     "read_route_graph",
+    "read_series",
     "reconstruct",
     "score_floor",
     "train_building_types",
@@ -133,6 +135,7 @@ _MODULES = {
     "read_map": "io.maps",
     "read_plan": "plan.read_plan",
     "read_route_graph": "io.writers.nav2_route",
+    "read_series": "reading.series",
     "reconstruct": "layout.reconstruct",
     "score_floor": "evaluation.floor_scores",
     "train_building_types": "building_types.model",

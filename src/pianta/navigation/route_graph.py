@@ -60,7 +60,7 @@ def build_route_graph(floor: Floor, grid: GridMap, *, robot_radius: float = ROBO
     >>> import pianta
     >>> floor, grid = pianta.make_world("corridor")
     >>> graph = pianta.build_route_graph(floor, grid, robot_radius=0.3)
-    >>> graph.nodes[1]["metadata"]["class"], nx.has_path(graph, 2, 9)
+    >>> graph.nodes[1]["metadata"]["class"], graph.has_node(9)
     ('CORRIDOR', True)
     """
     # 1. The open cells: free ones, farther from every obstacle than the radius.

@@ -24,7 +24,7 @@ class WriteOptions:
 
     robot_radius: metres. rooms: those that masks are about, by ids, names or labels; all if empty. speed: percent, of a
     speed mask. straight: whether outlines get right angles where the building has them. georeference: from metres of
-    the map frame to a coordinate system; None if unknown.
+    the map frame to a coordinate system; None if unknown. robot_map: Valetudo's map JSON, with the robot's segments.
     """
 
     robot_radius: float = ROBOT_RADIUS
@@ -32,6 +32,7 @@ class WriteOptions:
     speed: float = 50.0
     straight: bool = False
     georeference: Georeference | None = None
+    robot_map: Path | None = None
 
     def list_changed(self) -> list[str]:
         """The names of the options that are not as they are by default."""
@@ -92,6 +93,16 @@ FORMATS: Mapping[str, Format] = MappingProxyType(
             "route graph for Nav2's route server",
             options=frozenset({"robot_radius"}),
             needs_map=True,
+        ),
+        "valetudo": Format(
+            "vacuum", "write_valetudo", "valetudo.json", "map of a vacuum, Valetudo", options=frozenset({"robot_map"})
+        ),
+        "map-card": Format(
+            "vacuum",
+            "write_map_card",
+            "map-card.yaml",
+            "rooms of the vacuum map card, Home Assistant",
+            options=frozenset({"robot_map"}),
         ),
     }
 )

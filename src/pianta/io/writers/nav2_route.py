@@ -184,9 +184,9 @@ def _check_ids(nodes: list[_Node], edges: list[_Edge]) -> None:
     faults = [f"it has no {noun}" for noun, parts in (("node", nodes), ("edge", edges)) if not parts]
     ids = Counter(each.id for each in (*nodes, *edges))
     faults += [f"id {number} occurs {count} times" for number, count in ids.items() if count > 1]
-    known = {node.id for node in nodes}
+    node_ids = {node.id for node in nodes}
     ends = [(edge.id, end) for edge in edges for end in (edge.startid, edge.endid)]
-    faults += [f"edge {number} has the end {end}, which is no node" for number, end in ends if end not in known]
+    faults += [f"edge {number} has the end {end}, which is no node" for number, end in ends if end not in node_ids]
     frames = sorted({node.frame for node in nodes})
     faults += [f"it has the frames {', '.join(map(short_repr, frames))}, give one"] if len(frames) > 1 else []
     if faults:
