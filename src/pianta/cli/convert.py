@@ -17,6 +17,7 @@ EXAMPLES = (
     "pianta convert building --to csv",
     "pianta convert building --to excel -o rooms.xlsx",
     "pianta convert building --to gpkg --georeference anchor.yaml",
+    "pianta convert building --to map-card --robot-map map.json",
 )
 
 Out = Annotated[
@@ -27,6 +28,9 @@ Target = Annotated[Path | None, typer.Option("--out", "-o", help="The file or fo
 RobotRadius = Annotated[float | None, typer.Option(metavar="M", help="Radius of the robot, metres; 0.22 unless given.")]
 Rooms = Annotated[list[str] | None, typer.Option("--rooms", metavar="ROOM", help="Id, name or label; may be repeated.")]
 Speed = Annotated[float | None, typer.Option(metavar="PERCENT", help="Of a speed mask; 50 unless given.")]
+RobotMap = Annotated[
+    Path | None, typer.Option(metavar="FILE", help="Valetudo's map JSON of the robot, whose ids rooms get.")
+]
 Straight = Annotated[bool, typer.Option("--straight", help="Right angles where the building has them.")]
 GeoreferenceFile = Annotated[
     Path | None,
@@ -44,6 +48,7 @@ def convert_floor(
     speed: Speed = None,
     straight: Straight = False,
     georeference: GeoreferenceFile = None,
+    robot_map: RobotMap = None,
     quiet: Quiet = False,
 ) -> None:
     """Write a floor or a building in a format of other programs.
@@ -51,7 +56,7 @@ def convert_floor(
     What a format cannot hold is named, a line each.
     """
     chosen = find_format(to)
-    values: dict[str, Any] = {"robot_radius": robot_radius, "speed": speed}
+    values: dict[str, Any] = {"robot_radius": robot_radius, "speed": speed, "robot_map": robot_map}
     given = {name: value for name, value in values.items() if value is not None}
     place = read_georeference(georeference) if georeference else None
     options = WriteOptions(**given, rooms=tuple(rooms or ()), straight=straight, georeference=place)

@@ -59,7 +59,8 @@ class Georeference:
         a, b, c, d, e, f = self.matrix
 
         def move(points: NDArray[np.float64]) -> NDArray[np.float64]:
-            return points @ np.array([[a, d], [b, e]]) + (c, f)
+            x, y = points.T
+            return np.column_stack([a * x + b * y + c, d * x + e * y + f])
 
         moved: Shape = transform(shape, move)
         return moved
