@@ -101,7 +101,7 @@ class TestLayers:
         assert (west, south) == pytest.approx((9.2, 45.5), abs=1e-7)
 
     @pytest.mark.parametrize("georeference", [None, ANCHOR])
-    def test_geoparquet_says_what_its_coordinates_are(self, tmp_path, georeference):
+    def test_geoparquet_names_its_coordinate_system(self, tmp_path, georeference):
         geopandas = pytest.importorskip("geopandas")
         parquet = pytest.importorskip("pyarrow.parquet")
         path, _ = write(HOUSE, tmp_path, "geoparquet", georeference)
@@ -336,7 +336,7 @@ class TestImdf:
             files = {name.removesuffix(".geojson"): json.loads(archive.read(name)) for name in archive.namelist()}
         files.pop("manifest.json")
         assert (manifest["version"], manifest["language"]) == ("1.0.0", "en")
-        return {kind: content["features"] for kind, content in files.items()}
+        return {feature_type: content["features"] for feature_type, content in files.items()}
 
     def test_the_archive_obeys_the_rules(self, tmp_path):
         pytest.importorskip("pyproj")
@@ -346,8 +346,8 @@ class TestImdf:
         assert required <= files.keys()
         features = {feature["id"]: feature for each in files.values() for feature in each}
         assert len(features) == sum(map(len, files.values()))
-        for kind, each in files.items():
-            assert all(feature["feature_type"] == kind for feature in each)
+        for feature_type, each in files.items():
+            assert all(feature["feature_type"] == feature_type for feature in each)
             for feature in each:
                 properties = feature["properties"]
                 references = {"address_id": "address", "level_id": "level"}
@@ -382,9 +382,11 @@ class TestImdf:
     def test_ids_stay_when_it_is_written_again(self, tmp_path):
         pytest.importorskip("pyproj")
         first, _ = write(HOUSE, tmp_path, "imdf", ANCHOR)
-        ids = {kind: [each["id"] for each in features] for kind, features in self.read(first).items()}
+        ids = {feature_type: [each["id"] for each in features] for feature_type, features in self.read(first).items()}
         again, _ = write(HOUSE, tmp_path, "imdf", ANCHOR)
-        assert {kind: [each["id"] for each in features] for kind, features in self.read(again).items()} == ids
+        assert {
+            feature_type: [each["id"] for each in features] for feature_type, features in self.read(again).items()
+        } == ids
 
 
 class TestImages:
@@ -474,14 +476,14 @@ def test_the_command_prints_how_well_control_points_fit(tmp_path):
         "{crs: 'EPSG:32632', points: [{map: [0, 0], world: [5e5, 5e6]}, "
         "{map: [8, 0], world: [500008, 5e6]}, {map: [0, 5], world: [5e5, 5000005]}]}"
     )
-    place = tmp_path / "place.yaml"
-    result = run_pianta("convert", tmp_path / "floor.geojson", "--to", "osm", "--georeference", place)
+    georeference = tmp_path / "place.yaml"
+    result = run_pianta("convert", tmp_path / "floor.geojson", "--to", "osm", "--georeference", georeference)
     assert (result.code, result.err) == (0, "")
     assert "EPSG:32632, control points are missed by 0.000, 0.000, 0.000 (root mean square 0.000)" in result.out
     assert (tmp_path / "building.osm").is_file()
 
 
-def test_the_command_says_which_option_is_missing(tmp_path):
+def test_the_command_names_the_option_that_is_missing(tmp_path):
     FLOOR.save(tmp_path / "floor.geojson")
     result = run_pianta("convert", tmp_path / "floor.geojson", "--to", "imdf")
     assert (result.code, result.out) == (2, "")

@@ -28,11 +28,11 @@ def file(tmp_path):
 
 def test_control_points_give_a_rotation_a_scale_and_a_shift(file):
     file.write_text(TURNED)
-    place = read_georeference(file)
-    assert place.crs == "EPSG:32632"
-    assert place.matrix == pytest.approx((0, -2, 500000, 2, 0, 5000000), abs=1e-6)
-    assert place.residuals == pytest.approx((0, 0, 0), abs=1e-6)
-    moved = place.to_world(LineString([(0, 0), (3, 4)]))
+    georeference = read_georeference(file)
+    assert georeference.crs == "EPSG:32632"
+    assert georeference.matrix == pytest.approx((0, -2, 500000, 2, 0, 5000000), abs=1e-6)
+    assert georeference.residuals == pytest.approx((0, 0, 0), abs=1e-6)
+    moved = georeference.to_world(LineString([(0, 0), (3, 4)]))
     assert np.allclose(moved.coords, [(500000, 5000000), (499992, 5000006)])
 
 
@@ -41,12 +41,12 @@ def test_json_is_read_too(file):
     assert read_georeference(file).matrix == pytest.approx((1, 0, 0, 0, 1, 0))
 
 
-def test_residuals_say_by_how_much_points_are_missed(file):
+def test_residuals_show_by_how_much_points_are_missed(file):
     # The last point is 3 m off, so least squares misses all by something, and the mean motion stays between
     file.write_text(TURNED.replace("[499990, 5000000]", "[499987, 5000000]"))
-    place = read_georeference(file)
-    assert max(place.residuals) > 0.5
-    assert "control points are missed by" in place.describe()
+    georeference = read_georeference(file)
+    assert max(georeference.residuals) > 0.5
+    assert "control points are missed by" in georeference.describe()
     file.write_text(TURNED.replace("[499990, 5000000]", "[499987, 5000000]") + "transform: affine\n")
     assert max(read_georeference(file).residuals) == pytest.approx(0, abs=1e-6)
 
@@ -63,16 +63,16 @@ def test_degrees_are_fitted_in_a_plane_of_metres(file):
         "{crs: 'EPSG:4326', points: [{map: [0, 0], world: [9, 45]}, "
         "{map: [78.847, 0], world: [9.001, 45]}, {map: [0, 111.131], world: [9, 45.001]}]}"
     )
-    place = read_georeference(file)
-    assert max(place.residuals) < 0.02
-    moved = place.to_wgs84(Point(78.847, 111.131))
+    georeference = read_georeference(file)
+    assert max(georeference.residuals) < 0.02
+    moved = georeference.to_wgs84(Point(78.847, 111.131))
     assert (moved.x, moved.y) == pytest.approx((9.001, 45.001), abs=1e-6)
 
 
 def test_the_bearing_is_that_of_the_y_axis(file):
     file.write_text("{latitude: 45.5, longitude: 9.2, bearing: 90, map: [2, 1]}")
-    place = read_georeference(file)
-    anchor, north = place.to_wgs84(Point(2, 1)), place.to_wgs84(Point(2, 101))
+    georeference = read_georeference(file)
+    anchor, north = georeference.to_wgs84(Point(2, 1)), georeference.to_wgs84(Point(2, 101))
     assert (anchor.x, anchor.y) == pytest.approx((9.2, 45.5), abs=1e-9)
     # y leads to the east: the same latitude, and a larger longitude
     assert north.y == pytest.approx(45.5, abs=1e-6)
@@ -82,8 +82,8 @@ def test_the_bearing_is_that_of_the_y_axis(file):
 
 def test_lengths_stay_what_they_are(file):
     file.write_text("{latitude: 60, longitude: 25, bearing: 17}")
-    place = read_georeference(file)
-    start, end = place.to_wgs84(Point(-40, 30)), place.to_wgs84(Point(60, -10))
+    georeference = read_georeference(file)
+    start, end = georeference.to_wgs84(Point(-40, 30)), georeference.to_wgs84(Point(60, -10))
     length = pyproj.Geod(ellps="WGS84").inv(start.x, start.y, end.x, end.y)[2]
     assert length == pytest.approx(hypot(100, 40), abs=1e-3)
 
@@ -112,5 +112,5 @@ def test_other_files_are_refused(file, text, message):
 
 
 def test_an_identity_in_degrees_is_left_as_it_is():
-    place = Georeference(WGS84, (1, 0, 0, 0, 1, 0))
-    assert place.to_wgs84(Point(9, 45)).coords[0] == pytest.approx((9, 45))
+    georeference = Georeference(WGS84, (1, 0, 0, 0, 1, 0))
+    assert georeference.to_wgs84(Point(9, 45)).coords[0] == pytest.approx((9, 45))

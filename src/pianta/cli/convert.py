@@ -57,9 +57,9 @@ def convert_floor(
     """
     chosen = find_format(to)
     values: dict[str, Any] = {"robot_radius": robot_radius, "speed": speed, "robot_map": robot_map}
-    given = {name: value for name, value in values.items() if value is not None}
-    place = read_georeference(georeference) if georeference else None
-    options = WriteOptions(**given, rooms=tuple(rooms or ()), straight=straight, georeference=place)
+    numbers = {name: value for name, value in values.items() if value is not None}
+    reference = read_georeference(georeference) if georeference else None
+    options = WriteOptions(**numbers, rooms=tuple(rooms or ()), straight=straight, georeference=reference)
     check_options(to, options)
     path = target or (out if out.is_dir() else out.parent) / chosen.file
     if chosen.is_folder:
@@ -68,8 +68,8 @@ def convert_floor(
         check_output_file(path, "output")
     notes = convert(out, path, to=to, options=options)
     if not quiet:
-        if place:
-            print_result(place.describe())
+        if reference:
+            print_result(reference.describe())
         for note in notes:
             print_result(note)
         print_result(f"{chosen.title}, in {path}")

@@ -386,8 +386,12 @@ def _list_rooms(features: Iterable[_Part]) -> Iterator[Room]:
     if stray := sorted(predictions.keys() - {room.id for room in rooms}):
         raise FloorError(f"predictions are of rooms {stray} that do not exist")
     for room in rooms:
-        found = predictions.get(room.id)
-        yield replace(room, predicted=found.geometry.polygon, confidence=found.properties.confidence) if found else room
+        prediction = predictions.get(room.id)
+        if prediction is None:
+            yield room
+        else:
+            confidence = prediction.properties.confidence
+            yield replace(room, predicted=prediction.geometry.polygon, confidence=confidence)
 
 
 def save_label_image(labels: NDArray[np.uint16], path: str | Path) -> None:

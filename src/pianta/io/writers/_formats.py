@@ -45,7 +45,7 @@ Writer: TypeAlias = Callable[[Building, Path, WriteOptions], list[str]]
 
 @dataclass(frozen=True)
 class Format:
-    """A format. module: in this folder. file: the usual name, that of a folder if it has no suffix.
+    """A format. module: in this folder, or its full name. file: the usual name, that of a folder if it has no suffix.
 
     needs_map, needs_georeference: whether it cannot be written without.
     extra, packages: which extra of pianta installs the packages that the writer needs.
@@ -73,7 +73,8 @@ class Format:
             raise OptionError(
                 f"{' and '.join(missing)} is not installed, install it with: pip install 'pianta[{self.extra}]'"
             )
-        writer: Writer = getattr(import_module(f"pianta.io.writers.{self.module}"), self.function)
+        module = self.module if "." in self.module else f"pianta.io.writers.{self.module}"
+        writer: Writer = getattr(import_module(module), self.function)
         return writer
 
 
@@ -149,7 +150,7 @@ FORMATS: Mapping[str, Format] = MappingProxyType(
             "coloured label images and their colours",
             needs_map=True,
         ),
-        "picture": Format("pictures", "write_pictures", "picture", "the picture as SVG, large"),
+        "picture": Format("pianta.plot.building_pictures", "write_pictures", "picture", "the picture as SVG, large"),
         "nav2-route": Format(
             "nav2_route",
             "write_route_graph",

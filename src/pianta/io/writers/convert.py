@@ -55,8 +55,9 @@ def convert(
     >>> floor, _ = pianta.make_world("corridor")
     >>> pianta.convert(floor, "rooms.csv", to="csv")
     []
-    >>> open("rooms.csv", encoding="utf-8").readline().split(",")[:3]
-    ['id', 'number', 'name']
+    >>> from pathlib import Path
+    >>> Path("rooms.csv").read_text(encoding="utf-8").split(",")[:3]
+    ['storey', 'id', 'number']
     """
     chosen, options = find_format(to), options or WriteOptions()
     check_options(to, options)

@@ -83,16 +83,16 @@ def _insert_points(polygon: Polygon, points: DoorPoints) -> Polygon:
 
 def _insert_point(corners: list[XY], point: XY) -> list[XY]:
     """The corners of a ring, the first again at the end, with a point on one of its sides, or as they are."""
-    place = Point(point)
-    if LineString(corners).distance(place) > SAME:
+    location = Point(point)
+    if LineString(corners).distance(location) > SAME:
         return corners
     for index, corner in enumerate(corners):
-        if place.distance(Point(corner)) <= SAME:
+        if location.distance(Point(corner)) <= SAME:
             moved = [*corners]
             moved[index] = point
             if index in (0, len(corners) - 1):
                 moved[0] = moved[-1] = point
             return moved
-    sides = [LineString(side).distance(place) for side in pairwise(corners)]
+    sides = [LineString(side).distance(location) for side in pairwise(corners)]
     side = sides.index(min(sides))
     return [*corners[: side + 1], point, *corners[side + 1 :]]

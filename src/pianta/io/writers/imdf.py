@@ -52,9 +52,9 @@ def write_imdf(building: Building, target: Path, options: WriteOptions) -> list[
     manifest = {"version": VERSION, "created": datetime.now(UTC).isoformat(timespec="seconds"), "language": LANGUAGE}
     with ZipFile(target, "w", ZIP_DEFLATED) as file:
         file.writestr("manifest.json", json.dumps(manifest, indent=1))
-        for kind, features in archive.list_features():
-            content = {"type": "FeatureCollection", "name": kind, "features": [*features]}
-            file.writestr(f"{kind}.geojson", json.dumps(content, ensure_ascii=False, allow_nan=False))
+        for feature_type, features in archive.list_features():
+            content = {"type": "FeatureCollection", "name": feature_type, "features": [*features]}
+            file.writestr(f"{feature_type}.geojson", json.dumps(content, ensure_ascii=False, allow_nan=False))
     notes = ["the venue and its address are placeholders, replace them in venue.geojson and address.geojson"]
     walls = sum(len(storey.floor.walls) for storey in building)
     return notes + ([f"{count_noun(walls, 'wall')} left out"] if walls else []) + note_links(building)
@@ -82,30 +82,30 @@ class _Archive:
             "opening": self._list_openings,
             "fixture": self._list_fixtures,
         }
-        for kind, make in listers.items():
+        for feature_type, make in listers.items():
             features = [
                 {
-                    "id": str(self._identify(kind, key)),
+                    "id": str(self._identify(feature_type, key)),
                     "type": "Feature",
-                    "feature_type": kind,
+                    "feature_type": feature_type,
                     "geometry": None if shape is None else self._draw(shape),
                     "properties": properties,
                 }
                 for key, shape, properties in make()
             ]
             if features:
-                yield kind, features
+                yield feature_type, features
 
-    def _identify(self, kind: str, key: str) -> UUID:
-        return uuid5(NAMESPACE_URL, f"pianta:{self.name}:{kind}:{key}")
+    def _identify(self, feature_type: str, key: str) -> UUID:
+        return uuid5(NAMESPACE_URL, f"pianta:{self.name}:{feature_type}:{key}")
 
     def _draw(self, shape: BaseGeometry) -> Mapping[str, Any]:
         world = self.georeference.to_wgs84(shape)
         rounded = transform(world, lambda points: np.round(points, DEGREE_DIGITS))
-        drawn: Mapping[str, Any] = mapping(rounded)
-        return drawn
+        geometry: Mapping[str, Any] = mapping(rounded)
+        return geometry
 
-    def _place(self, shape: BaseGeometry) -> Mapping[str, Any]:
+    def _locate(self, shape: BaseGeometry) -> Mapping[str, Any]:
         return self._draw(shape.representative_point())
 
     def _make_address(self) -> Iterator[tuple[str, None, Feature]]:
@@ -117,18 +117,23 @@ class _Archive:
         category = next((VENUES[name] for name in types[:1] if name in VENUES), OTHER_VENUE)
         unknown: Feature = dict.fromkeys(("restriction", "alt_name", "hours", "phone", "website"))
         address = str(self._identify("address", ""))
-        place = self._place(self.outlines[0])
-        known = {"category": category, "name": _translate(self.name), "display_point": place, "address_id": address}
-        yield "", _join(self.outlines), unknown | known
+        display_point = self._locate(self.outlines[0])
+        own = {
+            "category": category,
+            "name": _translate(self.name),
+            "display_point": display_point,
+            "address_id": address,
+        }
+        yield "", _join(self.outlines), unknown | own
 
     def _make_building(self) -> Iterator[tuple[str, None, Feature]]:
         unknown: Feature = dict.fromkeys(("restriction", "alt_name"))
-        known = {
+        own = {
             "category": "unspecified",
             "name": _translate(self.name),
-            "display_point": self._place(self.outlines[0]),
+            "display_point": self._locate(self.outlines[0]),
         }
-        yield "", None, unknown | known | {"address_id": str(self._identify("address", ""))}
+        yield "", None, unknown | own | {"address_id": str(self._identify("address", ""))}
 
     def _make_footprint(self) -> Iterator[tuple[str, BaseGeometry, Feature]]:
         buildings = [str(self._identify("building", ""))]
@@ -149,7 +154,7 @@ class _Archive:
                         "ordinal": number,
                         "name": _translate(storey.title or storey.name or f"Level {number}"),
                         "short_name": _translate(str(number)),
-                        "display_point": self._place(outlines[0]),
+                        "display_point": self._locate(outlines[0]),
                         "address_id": None,
                         "building_ids": [str(self._identify("building", ""))],
                     },
@@ -167,7 +172,7 @@ class _Archive:
             "category": find_imdf_category(room),
             "name": _translate(room.name) if room.name else None,
             "level_id": str(self._identify("level", storey.name)),
-            "display_point": self._place(room.polygon),
+            "display_point": self._locate(room.polygon),
         }
 
     def _list_openings(self) -> Iterator[tuple[str, BaseGeometry, Feature]]:
@@ -177,10 +182,10 @@ class _Archive:
 
     def _describe_opening(self, storey: Storey, door: Door) -> Feature:
         unknown: Feature = dict.fromkeys(("accessibility", "access_control", "name", "alt_name"))
-        kind = "open" if door.kind == "opening" else "unspecified"
+        door_type = "open" if door.kind == "opening" else "unspecified"
         return unknown | {
             "category": "pedestrian.principal" if door.is_entrance else "pedestrian",
-            "door": {"type": kind, "automatic": False, "material": None},
+            "door": {"type": door_type, "automatic": False, "material": None},
             "display_point": self._draw(_straighten(door).interpolate(0.5, normalized=True)),
             "level_id": str(self._identify("level", storey.name)),
         }
@@ -190,8 +195,8 @@ class _Archive:
         for storey in self.building:
             level = str(self._identify("level", storey.name))
             for number, piece in enumerate(storey.floor.furniture, start=1):
-                place = self._place(piece.polygon)
-                properties = {"category": "furniture", "display_point": place, "level_id": level}
+                display_point = self._locate(piece.polygon)
+                properties = {"category": "furniture", "display_point": display_point, "level_id": level}
                 yield f"{storey.name}:{number}", piece.polygon, unknown | properties
 
 

@@ -72,7 +72,7 @@ class _Graph:
     def __init__(self, building: Building) -> None:
         self.indexes = {storey.name: index for index, storey in enumerate(building)}
         self.doors = [(storey, door) for storey in building for door in storey.floor.doors]
-        points = {self.name(storey, room.id): self.place(storey, room) for storey, room in building.list_rooms()}
+        points = {self.name(storey, room.id): self.locate(storey, room) for storey, room in building.list_rooms()}
         self.edges: list[Edge] = []
         for storey, door in self.doors:
             middle = door.line.interpolate(0.5, normalized=True)
@@ -93,7 +93,7 @@ class _Graph:
         """The id of the state of a room."""
         return f"S-{self.indexes[storey.name]}-{room_id}"
 
-    def place(self, storey: Storey, room: Room) -> XYZ:
+    def locate(self, storey: Storey, room: Room) -> XYZ:
         """A point in a room."""
         inside: Point = room.polygon.representative_point()
         return inside.x, inside.y, self._height(storey)
@@ -136,7 +136,7 @@ def _add_state(parent: Element, graph: _Graph, storey: Storey, room: Room) -> No
     state.append(_reference("duality", f"C{name[1:]}"))
     state.extend(graph.list_connects(name))
     point = _sub_gml(_sub(state, "geometry"), "Point", f"P{name[1:]}")
-    _sub_gml(point, "pos").text = _list_numbers([graph.place(storey, room)])
+    _sub_gml(point, "pos").text = _list_numbers([graph.locate(storey, room)])
 
 
 def _add_boundary(parent: Element, number: int, storey: Storey, door: Door) -> None:

@@ -42,15 +42,15 @@ TYPES = {
     "width": "float64",
     "kind": "string",
 }
-PLACE = ("storey", "level", "elevation")
+STOREY = ("storey", "level", "elevation")
 DOOR = ("room", "other_room", "width", "kind", "probability")
 COLUMNS = {
-    "rooms": (*PLACE, "room", "name", "label", "label_probability", "probability", "partial", "area"),
-    "doors": (*PLACE, *DOOR),
-    "walls": PLACE,
-    "furniture": (*PLACE, "area", "probability"),
-    "possible_doors": (*PLACE, *DOOR),
-    "predicted_rooms": (*PLACE, "room", "confidence", "area"),
+    "rooms": (*STOREY, "room", "name", "label", "label_probability", "probability", "partial", "area"),
+    "doors": (*STOREY, *DOOR),
+    "walls": STOREY,
+    "furniture": (*STOREY, "area", "probability"),
+    "possible_doors": (*STOREY, *DOOR),
+    "predicted_rooms": (*STOREY, "room", "confidence", "area"),
 }
 # Layers that are there even if they have no rows.
 ALWAYS = ("rooms", "doors")
@@ -81,9 +81,9 @@ def list_layers(building: Building) -> list[Layer]:
     for name, list_storey in _LISTERS.items():
         rows, shapes = [], []
         for storey in building:
-            place = storey.name or None, levels[storey.name], storey.elevation
+            storey_values = storey.name or None, levels[storey.name], storey.elevation
             for row, shape in list_storey(storey):
-                rows.append((*place, *row))
+                rows.append((*storey_values, *row))
                 shapes.append(shape)
         if rows or name in ALWAYS:
             layers.append(Layer(name, rows, shapes))
@@ -118,8 +118,8 @@ def write_geopackage(building: Building, target: Path, options: WriteOptions) ->
     """A GeoPackage with a layer for each."""
     for layer in list_layers(building):
         table = make_table(layer, options.georeference)
-        kind = "Polygon" if layer.name in ("rooms", "furniture", "predicted_rooms") else "LineString"
-        table.to_file(target, layer=layer.name, driver="GPKG", engine="pyogrio", geometry_type=kind)
+        geometry_type = "Polygon" if layer.name in ("rooms", "furniture", "predicted_rooms") else "LineString"
+        table.to_file(target, layer=layer.name, driver="GPKG", engine="pyogrio", geometry_type=geometry_type)
     return note_links(building)
 
 

@@ -49,7 +49,7 @@ def outline_storeys(storeys: tuple[Storey, ...]) -> list[Polygon]:
     """The outlines of what the rooms of storeys cover, with the walls between them; several for several parts."""
     rooms = [room.polygon for storey in storeys for room in storey.floor]
     covered = unary_union([room.buffer(HALF_WALL, join_style="mitre") for room in rooms])
-    # Outlines of maps have a corner for each cell, which nobody needs here
+    # Outlines of maps have a corner for each cell, which are not needed here
     covered = covered.buffer(-HALF_WALL, join_style="mitre").union(unary_union(rooms))
     parts = covered.geoms if hasattr(covered, "geoms") else [covered]
     return [Polygon(part.exterior) for part in parts if isinstance(part, Polygon) and not part.is_empty]

@@ -48,9 +48,9 @@ class OsmFile:
     def join_nodes(self, nodes: Sequence[int], tags: Mapping[str, str]) -> int:
         """The id of a new way through nodes."""
         way = self._add("way")
-        # Corners closer than nodes are told apart would be one node twice
-        kept = [node for index, node in enumerate(nodes) if index == 0 or node != nodes[index - 1]]
-        for node in kept:
+        # Corners closer than nodes can be would be one node twice
+        distinct = [node for index, node in enumerate(nodes) if index == 0 or node != nodes[index - 1]]
+        for node in distinct:
             SubElement(way, "nd", {"ref": str(node)})
         self._set_tags(way, tags)
         return int(way.get("id", "0"))
@@ -65,19 +65,19 @@ class OsmFile:
 
     def write(self, path: Path) -> None:
         """Write the file, version 0.6 of the format."""
-        places = self._georeference.to_wgs84(MultiPoint([point for _, point in self._points])).geoms
-        for (node, _), place in zip(self._points, places, strict=True):
-            node.attrib |= {"lat": f"{place.y:.{DEGREE_DIGITS}f}", "lon": f"{place.x:.{DEGREE_DIGITS}f}"}
+        locations = self._georeference.to_wgs84(MultiPoint([point for _, point in self._points])).geoms
+        for (node, _), location in zip(self._points, locations, strict=True):
+            node.attrib |= {"lat": f"{location.y:.{DEGREE_DIGITS}f}", "lon": f"{location.x:.{DEGREE_DIGITS}f}"}
         root = Element("osm", {"version": "0.6", "generator": "pianta", "upload": "false"})
         for elements in self._elements.values():
             root.extend(elements)
         indent(root)
         ElementTree(root).write(path, encoding="utf-8", xml_declaration=True)
 
-    def _add(self, kind: str) -> Element:
+    def _add(self, tag: str) -> Element:
         self._count += 1
-        element = Element(kind, {"id": str(-self._count), "action": "modify", "visible": "true"})
-        self._elements[kind].append(element)
+        element = Element(tag, {"id": str(-self._count), "action": "modify", "visible": "true"})
+        self._elements[tag].append(element)
         return element
 
     def _set_tags(self, element: Element, tags: Mapping[str, str]) -> None:

@@ -52,8 +52,8 @@ def _add_place(file: OsmFile, building: Building, end: tuple[str, int], level: i
     """A node inside the room at an end of stairs or a lift."""
     name, room_id = end
     floor = next(storey.floor for storey in building if storey.name == name)
-    place = floor[room_id].polygon.representative_point()
-    return file.add_node((place.x, place.y), level=level)
+    location = floor[room_id].polygon.representative_point()
+    return file.add_node((location.x, location.y), level=level)
 
 
 def _add_rooms(file: OsmFile, storey: Storey, names: Mapping[tuple[str, int], str], tags: Mapping[str, str]) -> None:
@@ -72,7 +72,7 @@ def _tag_passage(ends: list[str], level: int) -> dict[str, str]:
 def _choose_names(building: Building) -> tuple[dict[tuple[str, int], str], int]:
     """A name for each storey, as its room 0, and for each room, all different, and how many had to change."""
     names: dict[tuple[str, int], str] = {}
-    taken = {OUTSIDE, "root"}
+    used = {OUTSIDE, "root"}
     changed = 0
     for storey in building:
         wanted = [(0, storey.title or storey.name or building.name or "building")]
@@ -80,10 +80,10 @@ def _choose_names(building: Building) -> tuple[dict[tuple[str, int], str], int]:
         for room_id, name in wanted:
             free = name
             number = 2
-            while free in taken:
+            while free in used:
                 free = f"{name} {number}"
                 number += 1
             changed += free != name
-            taken.add(free)
+            used.add(free)
             names[storey.name, room_id] = free
     return names, changed

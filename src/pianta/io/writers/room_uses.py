@@ -8,7 +8,7 @@ from types import MappingProxyType
 from pianta.floor import Room
 
 # Words of labels, of which the first that a label has counts: the value of OpenStreetMap's key `room`, and the category
-# of a unit in IMDF, of which each is "" if there is none.
+# of a unit in IMDF, "" without one.
 _USES = MappingProxyType(
     {
         "ELEVATOR": ("elevator", "elevator"),

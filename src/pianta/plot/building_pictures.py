@@ -7,6 +7,8 @@ from pathlib import Path
 from pianta.building import Building, Storey
 from pianta.io.writers._formats import WriteOptions
 from pianta.labels import ALL_SCHEMAS
+from pianta.plot.floor import plot_floor
+from pianta.plot.picture import find_extent, new_picture, plot_scale_bar, show_extent
 
 # A floor with more rooms has a larger picture, so that lines are thin beside its rooms; chosen by hand.
 USUAL_ROOMS = 40
@@ -23,9 +25,6 @@ def write_pictures(building: Building, target: Path, _: WriteOptions) -> list[st
 
 def _draw(storey: Storey, path: Path) -> None:
     from matplotlib import rc_context
-
-    from pianta.plot.floor import plot_floor
-    from pianta.plot.picture import find_extent, new_picture, plot_scale_bar, show_extent
 
     if not storey.floor.rooms and storey.grid is None:
         path.write_text('<svg xmlns="http://www.w3.org/2000/svg"/>\n', encoding="utf-8")
