@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from pianta.building import Building
+from pianta.building import Building, Storey
 from pianta.corrections.corrections_file import FILE_NAME, read_corrections, save_corrections
 from pianta.corrections.kinds import Correction
 from pianta.errors import OptionError
@@ -22,6 +22,7 @@ from pianta.io._files import count_noun, real_path, short_repr
 from pianta.io._folders import atomic_folder, check_output_file
 from pianta.io.building_folders import BUILDING_FILE, save_building_file
 from pianta.labels import LabelSchema
+from pianta.reading.storeys import make_building
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -132,10 +133,9 @@ class Reading:
     @property
     def building(self) -> Building:
         """The storeys with their maps, the lowest first, and the stairs and lifts that join them."""
-        from pianta.reading.storeys import make_building
-
         # Floors of a sheet lie beside each other, and those of an IFC above each other
-        return make_building(self.storeys, self.path.stem, one_frame=self.path.suffix.lower() == ".ifc")
+        storeys = [Storey(each.floor, each.name, each.elevation, each.grid, each.title) for each in self.storeys]
+        return make_building(storeys, self.path.stem, one_frame=self.path.suffix.lower() == ".ifc")
 
     @property
     def grid(self) -> GridMap:

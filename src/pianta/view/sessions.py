@@ -157,7 +157,7 @@ class Session:
         """The stairs and lifts from a room of this storey to a room of another one on the page."""
         folder = real_path(self.folder)
         building = None
-        # A damaged file beside the folder hinders nobody who looks at the floor.
+        # A damaged file beside the folder does not hinder a look at the floor.
         with suppress(PiantaError):
             building = read_storey_folders(folder.parent)
         for link in building.links if building else ():
