@@ -132,6 +132,31 @@ class Floor(Correctable):
         """Whether this is the id of a room, or one of the rooms."""
         return room in self.rooms if isinstance(room, Room) else any(each.id == room for each in self.rooms)
 
+    def room_at(self, x: float, y: float) -> Room | None:
+        """Find the room at a position.
+
+        Parameters
+        ----------
+        x, y
+            Metres of the map frame.
+
+        Returns
+        -------
+        Room or None
+            The room whose polygon has the position inside or on its outline, the first of several; None outside of all
+            rooms.
+
+        Examples
+        --------
+        >>> import pianta
+        >>> floor, _ = pianta.make_world("corridor")
+        >>> floor.room_at(10.0, 5.0).id, floor.room_at(-10.0, 0.0)
+        (14, None)
+        """
+        import shapely
+
+        return next((room for room in self.rooms if shapely.intersects_xy(room.polygon, x, y)), None)
+
     def plot(
         self,
         grid: GridMap | None = None,
