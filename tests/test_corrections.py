@@ -77,6 +77,13 @@ class TestRooms:
         with pytest.raises(CorrectionError, match=r"rooms 1 and 5 are 16\.0 m apart"):
             far.merge(1, 5)
 
+    def test_rooms_with_another_one_between_them_are_not_merged(self):
+        shapes = (box(0, 0, 3, 3), box(3.8, 0, 6.8, 3), box(3.1, -1, 3.7, 4))
+        row = Floor(tuple(Room(number, shape) for number, shape in enumerate(shapes, start=1)))
+        with pytest.raises(CorrectionError, match="another room divides rooms 1 and 2, merge it with them"):
+            row.merge(1, 2)
+        assert row.merge(1, 2, 3)[1].polygon.area == pytest.approx(9 + 9 + 3 + 0.2 * 3)
+
     def test_the_largest_part_of_a_split_room_keeps_its_id_and_an_opening_joins_both(self):
         split = FLOOR.split(2, [(5.2, 2), (5.2, 5)])
         assert (split[2].polygon.area, split[8].polygon.area, split.last_id) == (pytest.approx(9), pytest.approx(3), 8)
@@ -153,6 +160,13 @@ class TestDoors:
             FLOOR.draw_door([(2, 3), (2, 4)])
         with pytest.raises(CorrectionError, match="no room is beside the door"):
             FLOOR.draw_door([(20, 3), (20, 4)])
+
+    @pytest.mark.filterwarnings("error")
+    def test_a_door_that_ends_where_it_starts_is_refused(self):
+        with pytest.raises(CorrectionError, match="ends where it starts, draw it from jamb to jamb"):
+            FLOOR.draw_door([(4.1, 3), (4.1, 4), (4.1, 3)])
+        with pytest.raises(CorrectionError, match="ends where it starts, draw it from jamb to jamb"):
+            FLOOR.move_door((1.5, 1.9), [(4.1, 3), (4.1, 4), (4.1, 3)])
 
     def test_a_possible_door_is_gone_where_a_door_is_drawn(self):
         shut = replace(FLOOR, doors=FLOOR.doors[1:], possible_doors=FLOOR.doors[:1])
