@@ -76,7 +76,7 @@ def write_large_folder(folder: Path) -> Path:
         doors += (
             replace(
                 door,
-                rooms=tuple(None if each is None else before + each for each in door.rooms),
+                rooms=(before + door.rooms[0], None if door.rooms[1] is None else before + door.rooms[1]),
                 line=move(door.line),
             )
             for door in office.doors

@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 from shapely import box
 
+from pianta.corrections.kinds import SplitRoom
 from pianta.floor import Floor
 from pianta.reading.saved_reading import SavedReading
 from tests.browser import Tab, open_browser, opened_tab
@@ -111,6 +112,7 @@ class TestCrossHair:
         tab.wait_for_ids(1, 2, 3, 4)
         save(tab, folder)
         (split,) = SavedReading.open(folder).corrections
+        assert isinstance(split, SplitRoom)
         assert [y for _, y in split.line] == pytest.approx([2, 5], abs=1e-9)
 
 

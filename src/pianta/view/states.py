@@ -70,7 +70,7 @@ def name_type(floor: Floor) -> str | None:
 def _describe_shapes(floor: Floor) -> dict[str, Any]:
     """The object of floor.geojson; rooms also have their area, centre, function, colour, doors and neighbours."""
     described = describe_floor(floor)
-    looks = _choose_looks(floor)
+    looks = choose_looks(floor)
     doors = Counter(room_id for door in floor.doors for room_id in door.room_ids)
     neighbours = defaultdict[int, set[int]](set)
     for door in floor.doors:
@@ -88,7 +88,7 @@ def _describe_shapes(floor: Floor) -> dict[str, Any]:
     return described
 
 
-def _choose_looks(floor: Floor) -> dict[int, dict[str, str | None]]:
+def choose_looks(floor: Floor) -> dict[int, dict[str, str | None]]:
     """The function of each room, by its id, and the colour of it: UNKNOWN and white if its label has none.
 
     If no room has a label, the function is None, and the colour one that no neighbour has.

@@ -2,8 +2,10 @@
 
 import { keepDraft, readDraft } from "./drafts.js";
 import { ask, byId, element, warn } from "./elements.js";
+import { Explored } from "./explored.js";
 import { FloorMap } from "./floor_map.js";
 import { listFunctions } from "./patterns.js";
+import { Predicted } from "./predicted.js";
 import { RoomList } from "./room_list.js";
 import { describeThing, showBuilding, showCorrections, showSelected } from "./selected.js";
 import { Session } from "./session.js";
@@ -67,6 +69,8 @@ export class FloorPage {
   close() {
     this.session = null;
     this.selected = null;
+    this.results?.remove();
+    this.results = null;
     // The draft of the map that is left stays in the store.
     this.tools.choose("select");
     this.fail(null);
@@ -88,9 +92,11 @@ export class FloorPage {
 
   hover(thing, at) {
     const tip = byId("tip");
-    tip.hidden = !thing || !at;
+    const latLng = at && this.floorMap.map.containerPointToLatLng(at);
+    const texts = [thing && describeThing(thing, this.shapes), at && this.results?.describe([latLng.lng, latLng.lat])];
+    tip.hidden = !at || !texts.some(Boolean);
     if (!tip.hidden) {
-      tip.textContent = describeThing(thing, this.shapes);
+      tip.textContent = texts.filter(Boolean).join("\n\n");
       const { x, y } = this.floorMap.map.getSize();
       tip.style.left = `${Math.max(4, Math.min(at.x + 16, x - tip.offsetWidth - 8))}px`;
       tip.style.top = `${Math.max(4, Math.min(at.y + 16, y - tip.offsetHeight - 8))}px`;
@@ -204,6 +210,7 @@ export class FloorPage {
     showCorrections(state, this);
     this._showNames(state);
     this._showHeader(state);
+    this._showResults();
     if (reloaded) {
       this.fail(null);
       byId("hint").textContent = "The files have changed; this is the new floor.";
@@ -216,12 +223,29 @@ export class FloorPage {
     document.title = `${session.unsaved ? "• " : ""}${state.name}, pianta`;
     byId("summary").textContent = state.problem && !this.source.readOnly ? `Read-only: ${state.problem}`
       : session.unsaved ? "Not saved" : "";
-    byId("history").hidden = this.source.readOnly;
+    const isResult = Boolean(session.disk.kind);
+    byId("history").hidden = this.source.readOnly || isResult;
+    byId("corrections-part").hidden = isResult;
     byId("undo").disabled = !session.canUndo;
     byId("redo").disabled = !session.canRedo;
     byId("save").disabled = !writable || !session.unsaved;
     byId("tools").hidden = !writable;
     byId("layers-part").open ||= this.source.readOnly;
+  }
+
+  // A prediction or an exploration has more than a floor; a step of it stays as long as its files are the same.
+  _showResults() {
+    const { disk } = this.session;
+    if (this.results?.version === disk.version) return;
+    this.results?.remove();
+    const kinds = { prediction: Predicted, exploration: Explored };
+    this.results = disk.kind in kinds ? new kinds[disk.kind](this, disk) : null;
+  }
+
+  // The floor of another step of the results; the view stays.
+  showStep(part) {
+    this.session.state = { ...this.session.disk, ...part };
+    this._show(false);
   }
 
   _showNames(state) {

@@ -6,6 +6,12 @@ import { inRings } from "./shapes.js";
 const LINE_PX = 15;
 const MARGIN_PX = 6;
 
+function makeRuler() {
+  const ruler = document.createElement("canvas").getContext("2d");
+  ruler.font = `600 11px ${getComputedStyle(document.body).fontFamily}`;
+  return ruler;
+}
+
 export const RoomTexts = L.Layer.extend({
   initialize() {
     this._rooms = [];
@@ -34,7 +40,8 @@ export const RoomTexts = L.Layer.extend({
   },
 
   getEvents() {
-    return { zoomend: this._place, moveend: this._place, viewreset: this._place };
+    // It follows each end of a zoom too.
+    return { moveend: this._place };
   },
 
   _place() {
@@ -85,9 +92,7 @@ export const RoomTexts = L.Layer.extend({
 
   _widthOf(text) {
     if (!this._widths.has(text)) {
-      this._ruler ??= document.createElement("canvas").getContext("2d");
-      const { fontFamily } = getComputedStyle(document.body);
-      this._ruler.font = `600 11px ${fontFamily}`;
+      this._ruler ??= makeRuler();
       this._widths.set(text, this._ruler.measureText(text).width + MARGIN_PX);
     }
     return this._widths.get(text);

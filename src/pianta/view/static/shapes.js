@@ -86,7 +86,7 @@ function boxOf(ring) {
   return [Math.min(...xs), Math.min(...ys), Math.max(...xs), Math.max(...ys)];
 }
 
-function inBox([x, y], [left, bottom, right, top], margin = 0) {
+export function inBox([x, y], [left, bottom, right, top], margin = 0) {
   return x >= left - margin && x <= right + margin && y >= bottom - margin && y <= top + margin;
 }
 

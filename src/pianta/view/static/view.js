@@ -2,6 +2,7 @@
 
 import { byId, warn } from "./elements.js";
 import { FloorPage } from "./floor_page.js";
+import { Collection } from "./collection.js";
 import { showGallery } from "./gallery.js";
 import { listenToKeys, showHelp } from "./keys.js";
 import { openSource } from "./server.js";
@@ -9,6 +10,7 @@ import { startTheme, switchTheme } from "./theme.js";
 
 const source = openSource();
 let page = null;
+let collection = null;
 let maps = [];
 
 function mapInAddress() {
@@ -19,10 +21,21 @@ function mapInAddress() {
 async function show() {
   const number = mapInAddress() ?? (maps.length === 1 ? maps[0].map : null);
   const one = number !== null;
-  byId("floor-page").hidden = !one;
+  collection?.close();
+  collection = null;
+  // Of results alone, as a floor is loaded by its page.
+  const hasKind = one && maps.find((entry) => entry.map === number)?.kind;
+  const shown = hasKind ? await source.getMap(number).catch(() => ({})) : {};
+  byId("collection").hidden = !shown.items;
+  byId("floor-page").hidden = !one || Boolean(shown.items);
   byId("gallery").hidden = one;
   byId("to-gallery").hidden = !one || maps.length < 2;
   byId("history").hidden = !one;
+  if (shown.items) {
+    page?.close();
+    collection = new Collection(byId("collection"), source, shown);
+    return;
+  }
   if (one) {
     page ??= new FloorPage(source);
     // For the console of the browser, and for tests.
