@@ -197,6 +197,11 @@ class TestScale:
         with pytest.raises(CorrectionError, match="is no size, give a positive number"):
             correct(FLOOR, ScaleToArea((2, 3), area))
 
+    @pytest.mark.parametrize("length", [1e-300, 1e-5, 1e5, 1e16])
+    def test_a_scale_that_cannot_be_is_refused(self, length):
+        with pytest.raises(CorrectionError, match=r"multiplies all lengths by .*, give one that changes them less"):
+            correct(FLOOR, ScaleToLength(((0, 2), (4, 2)), length))
+
 
 ALL: tuple[Correction, ...] = (
     merge_by_id(FLOOR, [1, 2]),
@@ -287,6 +292,59 @@ def test_any_merge_and_split_keeps_the_area_and_the_other_rooms(data, seed):
     parts = [each for each in split if each.id == room.id or each.id > floor.last_id]
     assert sum(part.polygon.area for part in parts) == pytest.approx(room.polygon.area)
     assert len({each.id for each in split}) == len(split)
+
+
+@given(data=st.data(), seed=st.integers(0, 5))
+def test_any_corrections_keep_the_rules_of_floors_and_are_taken_back(data, seed):
+    first = floor = make_floor("corridor", seed=seed)
+    inverses, gone, made = [], set[int](), list[Correction]()
+    for _ in range(6):
+        correction = draw_correction(data, floor)
+        try:
+            corrected = correct(floor, correction)
+        except CorrectionError:
+            continue
+        inverses.append(invert(floor, correction))
+        made.append(correction)
+        assert inverses[-1].apply(corrected) == floor
+        assert not gone & {*ids_of(corrected)}
+        gone |= {*ids_of(floor)} - {*ids_of(corrected)}
+        assert all(room_id in corrected for door in corrected.doors for room_id in door.room_ids)
+        assert all(len({*door.rooms}) == 2 for door in corrected.doors)
+        floor = corrected
+    shapes = [room.polygon for room in floor]
+    assert sum(shape.area for shape in shapes) == pytest.approx(shapely.union_all(shapes).area, abs=1e-4)
+    assert correct_all(first, made)[0] == floor
+    for inverse in reversed(inverses):
+        floor = inverse.apply(floor)
+    assert floor == first
+
+
+def draw_correction(data: st.DataObject, floor: Floor) -> Correction:
+    """Any correction near a room, which may not fit."""
+    room = data.draw(st.sampled_from(floor.rooms)) if len(floor) else Room(1, box(0, 0, 4, 4))
+    x, y = position_of(Floor((room,), last_id=room.id), room.id)
+    dx, dy = (data.draw(st.floats(-5, 5)) for _ in "xy")
+    near, line = (x + dx, y + dy), ((x - dx, y - dy), (x + dx, y + dy))
+    outline = ((x, y), (x + dx, y), (x + dx, y + dy), (x, y + dy))
+    return data.draw(
+        st.sampled_from(
+            [
+                MergeRooms(((x, y), near)),
+                SplitRoom(((x - 9 * dx, y - 9 * dy), (x + 9 * dx, y + 9 * dy)), ((x - dy, y + dx), (x + dy, y - dx))),
+                DrawRoom(outline),
+                DeleteRoom(near),
+                MarkOutside(outline),
+                DrawDoor(line),
+                MoveDoor(near, line),
+                DeleteDoor(near),
+                ChangeDoor(near, "opening"),
+                NameRoom(near, "x"),
+                LabelRoom(near, None),
+                SetType("school"),
+            ]
+        )
+    )
 
 
 class TestFile:
