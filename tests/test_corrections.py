@@ -297,7 +297,7 @@ def test_any_merge_and_split_keeps_the_area_and_the_other_rooms(data, seed):
 @given(data=st.data(), seed=st.integers(0, 5))
 def test_any_corrections_keep_the_rules_of_floors_and_are_taken_back(data, seed):
     first = floor = make_floor("corridor", seed=seed)
-    inverses, gone, made = [], set[int](), list[Correction]()
+    inverses, gone, applied = [], set[int](), list[Correction]()
     for _ in range(6):
         correction = draw_correction(data, floor)
         try:
@@ -305,7 +305,7 @@ def test_any_corrections_keep_the_rules_of_floors_and_are_taken_back(data, seed)
         except CorrectionError:
             continue
         inverses.append(invert(floor, correction))
-        made.append(correction)
+        applied.append(correction)
         assert inverses[-1].apply(corrected) == floor
         assert not gone & {*ids_of(corrected)}
         gone |= {*ids_of(floor)} - {*ids_of(corrected)}
@@ -314,7 +314,7 @@ def test_any_corrections_keep_the_rules_of_floors_and_are_taken_back(data, seed)
         floor = corrected
     shapes = [room.polygon for room in floor]
     assert sum(shape.area for shape in shapes) == pytest.approx(shapely.union_all(shapes).area, abs=1e-4)
-    assert correct_all(first, made)[0] == floor
+    assert correct_all(first, applied)[0] == floor
     for inverse in reversed(inverses):
         floor = inverse.apply(floor)
     assert floor == first
