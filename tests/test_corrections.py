@@ -327,24 +327,21 @@ def draw_correction(data: st.DataObject, floor: Floor) -> Correction:
     dx, dy = (data.draw(st.floats(-5, 5)) for _ in "xy")
     near, line = (x + dx, y + dy), ((x - dx, y - dy), (x + dx, y + dy))
     outline = ((x, y), (x + dx, y), (x + dx, y + dy), (x, y + dy))
-    return data.draw(
-        st.sampled_from(
-            [
-                MergeRooms(((x, y), near)),
-                SplitRoom(((x - 9 * dx, y - 9 * dy), (x + 9 * dx, y + 9 * dy)), ((x - dy, y + dx), (x + dy, y - dx))),
-                DrawRoom(outline),
-                DeleteRoom(near),
-                MarkOutside(outline),
-                DrawDoor(line),
-                MoveDoor(near, line),
-                DeleteDoor(near),
-                ChangeDoor(near, "opening"),
-                NameRoom(near, "x"),
-                LabelRoom(near, None),
-                SetType("school"),
-            ]
-        )
-    )
+    candidates: list[Correction] = [
+        MergeRooms(((x, y), near)),
+        SplitRoom(((x - 9 * dx, y - 9 * dy), (x + 9 * dx, y + 9 * dy)), ((x - dy, y + dx), (x + dy, y - dx))),
+        DrawRoom(outline),
+        DeleteRoom(near),
+        MarkOutside(outline),
+        DrawDoor(line),
+        MoveDoor(near, line),
+        DeleteDoor(near),
+        ChangeDoor(near, "opening"),
+        NameRoom(near, "x"),
+        LabelRoom(near, None),
+        SetType("school"),
+    ]
+    return data.draw(st.sampled_from(candidates))
 
 
 class TestFile:
