@@ -51,13 +51,13 @@ def convert(
 
     Examples
     --------
+    >>> from pathlib import Path
     >>> import pianta
     >>> floor, _ = pianta.make_world("corridor")
     >>> pianta.convert(floor, "rooms.csv", to="csv")
     []
-    >>> from pathlib import Path
-    >>> Path("rooms.csv").read_text(encoding="utf-8").split(",")[:3]
-    ['storey', 'id', 'number']
+    >>> Path("rooms.csv").read_text(encoding="utf-8")[:21]
+    'storey,id,number,name'
     """
     chosen, options = find_format(to), options or WriteOptions()
     check_options(to, options)
