@@ -19,9 +19,8 @@ from pianta.errors import OptionError
 from pianta.floor import Floor
 from pianta.gridmap import GridMap
 from pianta.io._files import count_noun, real_path, short_repr
-from pianta.io._folders import atomic_folder, check_output_file
-from pianta.io.building_folders import BUILDING_FILE, save_building_file
 from pianta.io._folders import atomic_folder, check_output_file, only_writer
+from pianta.io.building_folders import BUILDING_FILE, save_building_file
 from pianta.labels import LabelSchema
 from pianta.reading.storeys import make_building
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import os
 from collections import OrderedDict
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from hashlib import file_digest, sha256
 from pathlib import Path
 from stat import S_ISREG
@@ -15,9 +16,8 @@ from pianta.corrections.corrections_file import FILE_NAME, parse_correction, rea
 from pianta.corrections.kinds import Correction
 from pianta.errors import CorrectionError, PiantaError
 from pianta.io._files import one_line_reason, real_path, short_repr
-from pianta.io.building_folders import read_storey_folders
-from pianta.io._files import one_line_reason, short_repr
 from pianta.io._folders import only_writer
+from pianta.io.building_folders import read_storey_folders
 from pianta.io.floors import read_floor
 from pianta.reading.saved_reading import FLOOR, GRID, SavedReading
 from pianta.view.background import draw_background
