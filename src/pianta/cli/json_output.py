@@ -18,9 +18,7 @@ from pianta.reading.reading import Reading, StoreyReading
 
 Json = Annotated[
     Path | None,
-    typer.Option(
-        "--json", metavar="FILE", help="File for all results, JSON; - is stdout, without the tables."
-    ),
+    typer.Option("--json", metavar="FILE", help="File for all results, JSON; - is stdout, without the tables."),
 ]
 # The name of stdout.
 STDOUT = Path("-")
