@@ -230,10 +230,7 @@ def read_maps(
         "predict_partial": not no_predictions,
     }
     if message == "all":
-        series = _read_series(maps, out, options, walls=walls, graph=graph, quiet=quiet)
-        write_json(describe_readings([(reading, reading.folder or out) for reading in series]), json_file)
-        if not series:
-            raise typer.Exit(1)
+        _finish(_read_series(maps, out, options, walls=walls, graph=graph, quiet=quiet), out, json_file, expected=1)
         return
     options["message"] = _parse_message(message)
     extras = _Extras(clean, explain)
@@ -243,12 +240,16 @@ def read_maps(
     if links and named is None:
         raise OptionError("--stairs and --lift join storeys, give --storey for each file")
     if len(maps) == 1 and named is None:
-        reading = _read_one(maps[0], out, options, extras, walls=walls, graph=graph, quiet=quiet)
-        write_json(describe_readings([(reading, out)]), json_file)
-        return
-    readings = _read_several(maps, out, options, named, links, walls=walls, graph=graph, jobs=jobs, quiet=quiet)
+        readings = [_read_one(maps[0], out, options, extras, walls=walls, graph=graph, quiet=quiet)]
+    else:
+        readings = _read_several(maps, out, options, named, links, walls=walls, graph=graph, jobs=jobs, quiet=quiet)
+    _finish(readings, out, json_file, expected=len(maps))
+
+
+def _finish(readings: Sequence[Reading], out: Path, json_file: Path | None, *, expected: int) -> None:
+    """Write the JSON of what was read; the exit code is 1 if that is less than expected."""
     write_json(describe_readings([(reading, reading.folder or out) for reading in readings]), json_file)
-    if len(readings) < len(maps):
+    if len(readings) < expected:
         raise typer.Exit(1)
 
 
