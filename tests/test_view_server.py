@@ -17,9 +17,10 @@ from typing import Any
 import numpy as np
 import pytest
 from PIL import Image
+from shapely import box
 
 from pianta.errors import PiantaError
-from pianta.floor import Room
+from pianta.floor import Floor, Room
 from pianta.gridmap import GridMap
 from pianta.io.floors import read_floor
 from pianta.reading.saved_reading import SavedReading
@@ -127,6 +128,18 @@ class TestState:
             corners = client.get("api/maps/0").json["background"]["corners"]
         # A quarter turn: to the right is north, and up is west.
         np.testing.assert_allclose(corners, [[0, 2], [0, 4], [1, 2]], atol=1e-12)
+
+    def test_rooms_have_their_function_and_its_colour(self, tmp_path):
+        labels = ("OFFICE", "CORRIDOR", "STAIRS", "KITCHEN", "ROOM", None)
+        rooms = tuple(Room(number, box(4 * number, 0, 4 * number + 3, 3), label)
+                      for number, label in enumerate(labels, start=1))  # fmt: skip
+        with serving(write_folder(tmp_path / "labelled", Floor(rooms, last_id=6))) as client:
+            read = rooms_of(client.get("api/maps/0")).values()
+        # Schemas disagree on OFFICE; in that of offices it is functional.
+        functions = ["FUNCTIONAL", "CONNECTION", "ENTRANCE", "SERVICE", "FUNCTIONAL", "UNKNOWN"]
+        assert [room["function"] for room in read] == functions
+        assert [room["colour"] for room in read] == [
+            "#1bddf2", "#f28705", "#2f3ea8", "#8c8c8b", "#1bddf2", "#ffffff"]  # fmt: skip
 
     def test_rooms_without_labels_differ_from_their_neighbours_in_colour(self, tmp_path):
         rooms = tuple(Room(room.id, room.polygon) for room in FLOOR)

@@ -50,7 +50,7 @@ def change_door(floor: Floor, correction: ChangeDoor) -> Floor:
 
 def _add_door(floor: Floor, points: Points, door_kind: DoorKind) -> Floor:
     line = draw_line(points)
-    one, other = (_find_beside(floor, line, side) for side in (1, -1))
+    one, other = (find_beside(floor, line, side) for side in (1, -1))
     if one is None and other is None:
         raise CorrectionError(f"no room is beside the door {describe_points(*points)}, draw it in a wall of a room")
     if one == other:
@@ -63,7 +63,7 @@ def _add_door(floor: Floor, points: Points, door_kind: DoorKind) -> Floor:
     return replace(floor, doors=(*floor.doors, door), possible_doors=possible)
 
 
-def _find_beside(floor: Floor, line: LineString, side: int) -> int | None:
+def find_beside(floor: Floor, line: LineString, side: int) -> int | None:
     """The id of the first room on one side of the middle of a line; None without one."""
     ends = shapely.get_coordinates(line)[[0, -1]]
     along = ends[1] - ends[0]

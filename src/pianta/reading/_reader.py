@@ -22,10 +22,10 @@ from pianta.io.bags import Message, check_message, is_bag
 from pianta.labels import SCHEMAS
 from pianta.layout.parameters import Parameters
 from pianta.layout.reconstruct import DEFAULT_METHOD, check_as_printed, check_method
-from pianta.layout.room_ids import find_frame_motion, keep_room_ids
+from pianta.layout.room_ids import keep_room_ids
 from pianta.reading._labelling import Labelling
 from pianta.reading.reading import OUTPUTS, Reading, StoreyReading
-from pianta.reading.saved_reading import SavedReading, keep_words, measure_factor
+from pianta.reading.saved_reading import CarriedOver, SavedReading, keep_words, measure_factor
 
 if TYPE_CHECKING:
     from pianta.building_types.model import BuildingTypeModel
@@ -116,11 +116,12 @@ class Reader:
         unlabelled: list[int] = []
         # What people have corrected in the previous floor is corrected here too
         if self.corrected is not None:
-            uncorrected, corrections = self._correct(floor, self.corrected, path)
+            carried = self._carry_over(storey, self.corrected, path)
+            uncorrected, corrections = carried.floor, tuple(carried.corrections)
             # Labels that people have given in the corrected floor have priority over those of the uncorrected one
-            floor, outcomes = correct_all(keep_words(uncorrected, floor), corrections)
+            floor, outcomes = correct_all(keep_words(uncorrected, carried.read), corrections)
             grid = grid.scaled(measure_factor(outcomes))
-            messages += describe_outcomes(outcomes)
+            messages += [*describe_restored(carried.restored), *describe_outcomes(outcomes)]
             unlabelled = find_unlabelled(floor, outcomes)
             uncorrected = self._label(uncorrected, self.corrected.uncorrected)
         # Rooms of the previous floor keep their ids
@@ -140,13 +141,12 @@ class Reader:
             corrections=corrections,
         )
 
-    def _correct(self, floor: Floor, corrected: SavedReading, path: str | Path) -> tuple[Floor, tuple[Correction, ...]]:
+    def _carry_over(self, storey: StoreyReading, corrected: SavedReading, path: str | Path) -> CarriedOver:
         """The floor with the ids of the previous one, uncorrected; and the corrections of that in the new frame."""
         try:
-            motion = find_frame_motion(floor, corrected.uncorrected)
+            return corrected.carry_over(storey.floor, storey.grid)
         except FloorError as error:
             raise FloorError(f"map {short_repr(path)}: {error}") from error
-        return keep_room_ids(floor, corrected.uncorrected), tuple(corrected.move_corrections(motion))
 
     def _label(self, floor: Floor, previous: Floor | None) -> Floor:
         """The floor with its building type and labels; a user's label of a room, or previous type, stays.
@@ -302,6 +302,12 @@ def open_corrected(path: str | Path) -> SavedReading | None:
     folder = Path(path) if Path(path).is_dir() else Path(path).parent
     is_whole = Path(path).is_dir() or Path(path).name == OUTPUTS[0]
     return SavedReading.open(folder) if is_whole and (folder / FILE_NAME).exists() else None
+
+
+def describe_restored(count: int) -> list[str]:
+    """How many rooms have the outline of the previous floor, because corrections confirm it; nothing for none."""
+    has = "room that corrections confirm has its" if count == 1 else "rooms that corrections confirm have their"
+    return [f"{count} {has} previous outline, since the map is the same there"] if count else []
 
 
 def without_labels(floor: Floor, corrections: Iterable[Correction], unlabelled: Collection[int]) -> Floor:

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import partial
 from math import prod
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
+from pianta._types import Floats
+from pianta.corrections.confirmed import list_confirmed
 from pianta.corrections.correct import Outcome, correct, correct_all
 from pianta.corrections.corrections_file import FILE_NAME, read_corrections, save_corrections
 from pianta.corrections.kinds import Correction, SetType, move_correction
@@ -24,10 +28,25 @@ from pianta.io.floors import read_floor, save_floor
 from pianta.io.maps import read_npz_map
 from pianta.labels import ALL_SCHEMAS, LabelSchema
 from pianta.layout.frames import Motion
-from pianta.layout.room_ids import keep_room_ids
+from pianta.layout.room_ids import find_frame_motion, keep_room_ids
+from pianta.reading._map_change import MapChange
+from pianta.reading._restored_rooms import Restored, restore_rooms
 from pianta.reading.reading import OUTPUTS, PAPER, UNCORRECTED, write_floor
 
 FLOOR, GRID = OUTPUTS[0], OUTPUTS[-1]
+
+
+class CarriedOver(NamedTuple):
+    """A newer floor, uncorrected, and the corrections of the previous one in its frame.
+
+    read: as the map was read, but for rooms that corrections confirm; restored: how many of these have their previous
+    outline. floor: the same with the ids, names and labels of the previous floor.
+    """
+
+    read: Floor
+    floor: Floor
+    corrections: list[Correction]
+    restored: int
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,15 +103,46 @@ class SavedReading:
         grid = self._scale_grid(measure_factor(outcomes) / measure_factor(self.outcomes))
         return replace(self, floor=floor, corrections=tuple(corrections), outcomes=tuple(outcomes), grid=grid)
 
+    def carry_over(self, floor: Floor, grid: GridMap) -> CarriedOver:
+        """The floor of a newer map of the building, and the corrections for it.
+
+        Raises FloorError if it is of another building.
+        """
+        motion = find_frame_motion(floor, self.uncorrected)
+        restored = self._restore(floor, grid, motion)
+        corrections = self.move_corrections(motion)
+        floor = keep_room_ids(restored.floor, self.uncorrected)
+        return CarriedOver(restored.floor, floor, corrections, restored.count)
+
     def move_corrections(self, motion: Motion) -> list[Correction]:
         """The corrections in another frame. motion: from the frame of the uncorrected floor."""
-        moved, factor = [], 1.0
-        for correction, outcome in zip(self.corrections, self.outcomes, strict=True):
+        moved = []
+        for correction, factor in self._list_factors():
             x, y = motion.shift
             # After a correction of the scale all places are in other metres
             moved.append(move_correction(correction, Motion(motion.angle, (x * factor, y * factor)).apply))
-            factor *= outcome.factor
         return moved
+
+    def _restore(self, floor: Floor, grid: GridMap, motion: Motion) -> Restored:
+        """The floor with the rooms that the corrections confirm, where the map is as it was."""
+        if self.grid is None:
+            return Restored(floor)
+        fitting = (outcome.problem is None for outcome in self.outcomes)
+        unscaled = [
+            move_correction(correction, partial(_scale_down, factor=factor))
+            for (correction, factor), fits in zip(self._list_factors(), fitting, strict=True)
+            if fits
+        ]
+        old_grid = self.grid.scaled(1 / measure_factor(self.outcomes))
+        confirmed = list_confirmed(self.uncorrected, unscaled)
+        return restore_rooms(floor, self.uncorrected, confirmed, MapChange(grid, old_grid, motion))
+
+    def _list_factors(self) -> Iterator[tuple[Correction, float]]:
+        """The corrections, and by how much the corrections before each multiply all lengths."""
+        factor = 1.0
+        for correction, outcome in zip(self.corrections, self.outcomes, strict=True):
+            yield correction, factor
+            factor *= outcome.factor
 
     def save(self, *, schemas: Mapping[str, LabelSchema] = ALL_SCHEMAS) -> None:
         """Write the corrected floor with its picture, and the corrections; all files or none.
@@ -119,6 +169,10 @@ def keep_words(floor: Floor, source: Floor) -> Floor:
         for room, own in zip(floor.rooms, source.rooms, strict=True)
     )
     return replace(floor, rooms=rooms)
+
+
+def _scale_down(xy: Floats, *, factor: float) -> Floats:
+    return xy / factor
 
 
 def label_by_given_type(floor: Floor, corrections: Iterable[Correction]) -> Floor:

@@ -14,7 +14,8 @@ from typing import Any
 from pianta.corrections.corrections_file import FILE_NAME, parse_correction, read_corrections
 from pianta.corrections.kinds import Correction
 from pianta.errors import CorrectionError, PiantaError
-from pianta.io._files import one_line_reason, short_repr
+from pianta.io._files import one_line_reason, real_path, short_repr
+from pianta.io.building_folders import read_storey_folders
 from pianta.io.floors import read_floor
 from pianta.reading.saved_reading import FLOOR, GRID, SavedReading
 from pianta.view.background import draw_background
@@ -49,9 +50,9 @@ class Session:
     each other, and a page that is loaded again loses nothing that it has kept.
     """
 
-    def __init__(self, number: int, name: str, folder: Path) -> None:
-        """number: of the map on the page."""
-        self.number, self.name, self.folder = number, name, folder
+    def __init__(self, number: int, name: str, folder: Path, numbers: Mapping[Path, int] | None = None) -> None:
+        """number: of the map on the page. numbers: those of all folders, to which stairs and lifts lead."""
+        self.number, self.name, self.folder, self.numbers = number, name, folder, numbers or {}
         self._lock = RLock()
         self._hashes: dict[Path, tuple[tuple[int, ...], bytes]] = {}
         self._saved: OrderedDict[str, SavedReading] = OrderedDict()
@@ -94,6 +95,7 @@ class Session:
             "problem": problem,
             "has_map": saved.grid is not None,
             "labels": describe_labels(saved.floor),
+            "links": [*self._list_links()],
             **self._describe(version, saved),
         }
 
@@ -150,6 +152,20 @@ class Session:
             url = f"api/maps/{self.number}/background.png?v={version}"
             background = {"url": url, "corners": corners_of(reading.grid)}
         return {"background": background, **describe_changes(reading)}
+
+    def _list_links(self) -> Iterator[dict[str, Any]]:
+        """The stairs and lifts from a room of this storey to a room of another one on the page."""
+        folder = real_path(self.folder)
+        building = None
+        # A damaged file beside the folder hinders nobody who looks at the floor.
+        with suppress(PiantaError):
+            building = read_storey_folders(folder.parent)
+        for link in building.links if building else ():
+            for (storey, room), (other, upper) in (link.ends, link.ends[::-1]):
+                number = self.numbers.get(folder.parent / other)
+                if building and storey == folder.name and number is not None:
+                    title = building.titles.get(other, other)
+                    yield {"kind": link.kind, "room": room, "storey": title, "map": number, "to": upper}
 
     def _find_problem(self, reading: SavedReading) -> str | None:
         """Why corrections cannot be saved; None if they can."""

@@ -12,12 +12,10 @@ from typing import TYPE_CHECKING, TypeAlias
 
 from pianta.building import Building
 from pianta.errors import OptionError
+from pianta.navigation.robot import ROBOT_RADIUS
 
 if TYPE_CHECKING:
     from pianta.io.georeference import Georeference
-
-# Radius of a robot, metres: the default of Nav2's costmaps.
-ROBOT_RADIUS = 0.22
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -87,6 +85,14 @@ FORMATS: Mapping[str, Format] = MappingProxyType(
             "tables of rooms, doors and totals, Excel",
             extra="tables",
             packages=("openpyxl",),
+        ),
+        "nav2-route": Format(
+            "nav2_route",
+            "write_route_graph",
+            "route.geojson",
+            "route graph for Nav2's route server",
+            options=frozenset({"robot_radius"}),
+            needs_map=True,
         ),
         "valetudo": Format(
             "vacuum", "write_valetudo", "valetudo.json", "map of a vacuum, Valetudo", options=frozenset({"robot_map"})
