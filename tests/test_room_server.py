@@ -36,9 +36,9 @@ def world() -> tuple[pianta.Floor, pianta.GridMap]:
 
 @pytest.fixture(scope="module")
 def server(world) -> RoomServer:
-    made = RoomServer.make()
-    assert made.update(make_message(world[1]))
-    return made
+    room_server = RoomServer.make()
+    assert room_server.update(make_message(world[1]))
+    return room_server
 
 
 class TestRoomServer:
@@ -85,9 +85,9 @@ class TestRoomServer:
         rooms = json.loads(server.list_rooms())
         assert [room["id"] for room in rooms] == [room.id for room in server.floor]
         assert rooms[0].keys() == {"id", "name", "label", "area", "x", "y"}
-        found = server.find_room(rooms[3]["x"], rooms[3]["y"])
-        assert found is not None
-        assert found.id == rooms[3]["id"]
+        same = server.find_room(rooms[3]["x"], rooms[3]["y"])
+        assert same is not None
+        assert same.id == rooms[3]["id"]
 
     def test_floor_as_geojson(self, server, tmp_path):
         (tmp_path / "floor.geojson").write_text(server.describe_floor(), encoding="utf-8")
@@ -206,7 +206,7 @@ def load_node() -> Any:
 
 
 class TestNode:
-    def test_without_ros_it_says_so(self):
+    def test_without_ros_there_is_one_line(self):
         with pytest.raises(SystemExit, match="pianta_ros needs ROS 2"):
             load_node()
 
@@ -233,7 +233,7 @@ class TestNode:
         assert (answer.found, answer.id, answer.label) == (True, rooms[0]["id"], rooms[0]["label"])
         assert not node.services["~/room_at"](SimpleNamespace(x=1e3, y=0.0), SimpleNamespace()).found
 
-    def test_it_is_short_and_says_what_it_is(self):
+    def test_it_is_short_and_names_its_limits(self):
         text = NODE.read_text(encoding="utf-8")
         assert len(text.splitlines()) < MAX_NODE_LINES
         assert "Untested against a real ROS" in text

@@ -151,12 +151,12 @@ class TestDds:
         # The thread must not be the first in the domain, whose settings are those of the command
         started, finished, subscribe = Event(), Event(), watch.iterate_topic
 
-        def subscribe_and_tell(topic, **options):
+        def subscribe_first(topic, **options):
             maps = subscribe(topic, **options)
             started.set()
             return maps
 
-        monkeypatch.setattr(watch, "iterate_topic", subscribe_and_tell)
+        monkeypatch.setattr(watch, "iterate_topic", subscribe_first)
 
         def publish() -> None:
             started.wait(DEADLINE)

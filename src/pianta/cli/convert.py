@@ -50,8 +50,8 @@ def convert_floor(
     """
     chosen = find_format(to)
     values: dict[str, Any] = {"robot_radius": robot_radius, "speed": speed, "robot_map": robot_map}
-    given = {name: value for name, value in values.items() if value is not None}
-    options = WriteOptions(**given, rooms=tuple(rooms or ()), straight=straight)
+    changed = {name: value for name, value in values.items() if value is not None}
+    options = WriteOptions(**changed, rooms=tuple(rooms or ()), straight=straight)
     check_options(to, options)
     path = target or (out if out.is_dir() else out.parent) / chosen.file
     if chosen.is_folder:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 from rich.table import Table
 
-from pianta.building import Link
+from pianta.building import Link, Storey
 from pianta.cli.terminal import Quiet, counting_files, describe_floor, make_table, print_error, print_result, stdout
 from pianta.errors import OptionError
 from pianta.floor import Floor, Room
@@ -258,7 +258,11 @@ def _read_several(
     if len(readings) < len(maps):
         raise typer.Exit(1)
     if named:
-        building = save_storeys(readings, out, named, links)
+        as_storeys = [
+            Storey(reading.floor, name, elevation, reading.grid)
+            for reading, (name, elevation) in zip(readings, named, strict=True)
+        ]
+        building = save_storeys(as_storeys, out, links)
         if not quiet:
             joined = count_noun(len(building.links), "link")
             print_result(f"{count_noun(len(building), 'storey')}, {joined} by stairs and lifts, in {out}")

@@ -21,7 +21,7 @@ LOOPBACK = (
 NAMED = "<General><Interfaces><NetworkInterface name='{name}'/></Interfaces></General>"
 _TOPIC = re.compile(r"^/?[A-Za-z][A-Za-z0-9_]*(/[A-Za-z][A-Za-z0-9_]*)*$")
 _INTERFACE = re.compile(r"^[A-Za-z0-9][A-Za-z0-9_.:@-]{0,63}$")
-# Between two looks at whether the process shall stop, seconds.
+# Between two looks at Ctrl+C, seconds.
 PATIENCE = 0.5
 
 
