@@ -30,7 +30,8 @@ def make_message(grid: pianta.GridMap) -> OccupancyGrid:
     height, width = grid.shape
     pose = Pose(Point(*grid.origin[:2], 0.0), Quaternion(0.0, 0.0, 0.0, 1.0))
     info = MapMetaData(Time(0, 0), grid.resolution, width, height, pose)
-    return OccupancyGrid(Header(Time(1, 0), "map"), info, np.flipud(grid.cells).ravel().tolist())
+    cells: Any = np.flipud(grid.cells).ravel().tolist()
+    return OccupancyGrid(Header(Time(1, 0), "map"), info, cells)
 
 
 def main(domain: str, topic: str, map_file: str) -> None:

@@ -47,10 +47,10 @@ def save_robot_files(folder: Path) -> None:
 
 def save_points(grid: pianta.GridMap, path: Path) -> None:
     """Points of the floor, and walls of 2 m, in the middle of each cell."""
-    columns = [(*np.nonzero(grid.free), 0.0)]
-    columns += [(*np.nonzero(grid.occupied), height) for height in np.arange(0.05, 2.0, 0.2)]
+    columns = [(grid.free, 0.0), *((grid.occupied, height) for height in np.arange(0.05, 2.0, 0.2))]
     points = []
-    for rows, cols, height in columns:
+    for mask, height in columns:
+        rows, cols = np.nonzero(mask)
         x, y = grid.pixel_to_map(rows + 0.5, cols + 0.5)
         points.append(np.column_stack([x, y, np.full(len(x), height)]))
     table = np.concatenate(points).astype("<f4")

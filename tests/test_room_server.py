@@ -134,7 +134,10 @@ class StandInNode:
     """rclpy.node.Node, as far as the node needs it."""
 
     def __init__(self, name: str) -> None:
-        self.name, self.publishers, self.services, self.lines = name, {}, {}, []  # type: ignore[var-annotated]
+        self.name = name
+        self.publishers: dict[str, Recorder] = {}
+        self.services: dict[str, Any] = {}
+        self.lines: list[str] = []
 
     def declare_parameter(self, name: str, value: Any) -> None:
         self.parameters = {name: value}
@@ -175,7 +178,7 @@ def node(monkeypatch):
     """The node, with stand-ins for ROS."""
     policies = SimpleNamespace(RELIABLE=1, TRANSIENT_LOCAL=1)
     marker = make_message_type(DELETEALL=3, LINE_STRIP=4, TEXT_VIEW_FACING=9, ADD=0)
-    modules = {
+    modules: dict[str, dict[str, Any]] = {
         "rclpy": {},
         "rclpy.node": {"Node": StandInNode},
         "rclpy.qos": {"DurabilityPolicy": policies, "QoSProfile": dict, "ReliabilityPolicy": policies},

@@ -145,18 +145,18 @@ class TestDds:
 
     def test_command_reads_what_changes(self, grids, tmp_path, monkeypatch):
         """The publisher is a thread of this process; it publishes the first map twice."""
-        from pianta.cli import watch
+        from pianta.ros.dds_topics import iterate_topic
         from tests.dds_publisher import make_message, make_writer
 
         # The thread must not be the first in the domain, whose settings are those of the command
-        started, finished, subscribe = Event(), Event(), watch.iterate_topic
+        started, finished, subscribe = Event(), Event(), iterate_topic
 
         def subscribe_first(topic, **options):
             maps = subscribe(topic, **options)
             started.set()
             return maps
 
-        monkeypatch.setattr(watch, "iterate_topic", subscribe_first)
+        monkeypatch.setattr("pianta.cli.watch.iterate_topic", subscribe_first)
 
         def publish() -> None:
             started.wait(DEADLINE)

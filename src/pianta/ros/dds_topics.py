@@ -77,7 +77,7 @@ def _subscribe(topic: str, interface: str | None, domain: int) -> Any:  # noqa: 
         Policy.History.KeepLast(1),
     )
     # ROS 2 puts rt before the names of topics
-    reader = DataReader(participant, Topic(participant, "rt/" + topic.strip("/"), OccupancyGrid, qos=qos), qos=qos)
+    reader: Any = DataReader(participant, Topic(participant, "rt/" + topic.strip("/"), OccupancyGrid, qos=qos), qos=qos)
     reader.pianta_domain = started
     return reader
 
