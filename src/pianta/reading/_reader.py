@@ -15,7 +15,7 @@ from pianta.corrections.correct import Outcome, correct_all, find_unlabelled
 from pianta.corrections.corrections_file import FILE_NAME
 from pianta.corrections.kinds import Correction, SetType
 from pianta.errors import FloorError, MapError, MapWarning, OptionError, PiantaError
-from pianta.floor import Floor
+from pianta.floor import Floor, round_floor
 from pianta.gridmap import GridMap
 from pianta.io._files import check_input_file, count_noun, short_repr
 from pianta.io.bags import BAG_SUFFIXES, Message, check_message, is_bag
@@ -110,7 +110,8 @@ class Reader:
 
     def _finish(self, storey: StoreyReading, path: str | Path) -> StoreyReading:
         """The storey with the ids of the previous floor, labels, and the type of its building."""
-        floor, messages, grid = storey.floor, [], storey.grid
+        # Files that people open have millimetres, not 17 digits
+        floor, messages, grid = round_floor(storey.floor), [], storey.grid
         uncorrected: Floor | None = None
         corrections: tuple[Correction, ...] = ()
         unlabelled: list[int] = []
