@@ -14,8 +14,10 @@ import numpy as np
 import pytest
 from PIL import Image
 
+import pianta
 from pianta.corrections.corrections_file import read_corrections
 from pianta.corrections.kinds import NameRoom
+from pianta.errors import OptionError
 from pianta.floor import Floor
 from pianta.gridmap import OCCUPIED, UNKNOWN, GridMap
 from pianta.io.floors import read_floor
@@ -508,6 +510,15 @@ class TestWithoutPrevious:
                 "they are applied again, or give another output folder\n"
             )
             assert list_files(building) == before
+
+    def test_neither_are_those_that_are_made_while_the_map_is_read(self, folder, building):
+        correct(building, "--merge", 6, 7)
+        reading = pianta.read(folder / "map.yaml", previous=building, labels=False)
+        correct(building, "--name", 2, "Bar")
+        before = list_files(building)
+        with pytest.raises(OptionError, match="have changed since they were read, nothing was written"):
+            reading.save(building)
+        assert list_files(building) == before
 
     def test_neither_are_those_of_a_folder_of_several(self, folder):
         correct(folder / "building", "--merge", 6, 7)

@@ -135,6 +135,7 @@ class Reader:
             messages=(*messages, *storey.messages),
             uncorrected=uncorrected,
             corrections=corrections,
+            previous_corrections=self.corrected.corrections if self.corrected else (),
         )
 
     def _carry_over(self, storey: StoreyReading, corrected: SavedReading, path: str | Path) -> CarriedOver:

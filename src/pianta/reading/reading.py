@@ -18,7 +18,7 @@ from pianta.errors import OptionError
 from pianta.floor import Floor
 from pianta.gridmap import GridMap
 from pianta.io._files import count_noun, real_path, short_repr
-from pianta.io._folders import atomic_folder, check_output_file
+from pianta.io._folders import atomic_folder, check_output_file, only_writer
 from pianta.labels import LabelSchema
 
 if TYPE_CHECKING:
@@ -61,6 +61,8 @@ class StoreyReading:
         The floor without the corrections of the previous one; None if that has none.
     corrections
         The corrections of the previous floor, in the frame of this one.
+    previous_corrections
+        The same as they were read; `Reading.save` refuses a folder that has others by then.
     """
 
     floor: Floor
@@ -72,6 +74,7 @@ class StoreyReading:
     messages: tuple[str, ...] = ()
     uncorrected: Floor | None = None
     corrections: tuple[Correction, ...] = ()
+    previous_corrections: tuple[Correction, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -189,10 +192,14 @@ class Reading:
         check_output(self.path, folder)
         folders = [Path(folder) / storey.name for storey in self.storeys]
         _refuse_folders_as_results(folders)
-        for storey, target in zip(self.storeys, folders, strict=True):
-            if storey.uncorrected is None:
-                check_corrections(target)
         with ExitStack() as together:
+            for storey, target in zip(self.storeys, folders, strict=True):
+                if target.is_dir():
+                    together.enter_context(only_writer(target))
+                if storey.uncorrected is None:
+                    check_corrections(target)
+                else:
+                    _check_corrections_stayed(target, storey.previous_corrections)
             for storey, target in zip(self.storeys, folders, strict=True):
                 self._write(storey, together.enter_context(atomic_folder(target)), walls=walls, graph=graph)
         return folders
@@ -317,6 +324,17 @@ def check_corrections(folder: str | Path, previous: object = None) -> None:
         raise OptionError(
             f"folder {short_repr(folder)} has {count_noun(len(corrections), 'correction')}, which would be lost; give "
             "it as previous= and they are applied again, or give another output folder"
+        )
+
+
+def _check_corrections_stayed(folder: Path, previous: tuple[Correction, ...]) -> None:
+    """Raise OptionError if another program has changed the corrections of a folder since they were read."""
+    file = folder / FILE_NAME
+    corrections = tuple(read_corrections(file)) if file.exists() else ()
+    if corrections not in ((), previous):
+        raise OptionError(
+            f"the corrections of folder {short_repr(folder)} have changed since they were read, nothing was written; "
+            "read the map again"
         )
 
 
