@@ -322,6 +322,14 @@ class TestFoldersThatChange:
         floor = floor_of(building)
         assert (floor[2].name, floor[3].name) == ("A", "B")
 
+    @pytest.fixture
+    def foreground(self) -> Iterator[None]:
+        """SIGINT as a program in the foreground has it; a shell ignores it for one in the background."""
+        before = signal.signal(signal.SIGINT, signal.default_int_handler)
+        yield
+        signal.signal(signal.SIGINT, before)
+
+    @pytest.mark.usefixtures("foreground")
     def test_ctrl_c_between_two_files_of_a_save_comes_after_the_last_one(self, building, monkeypatch):
         replace_file = Path.replace
 
