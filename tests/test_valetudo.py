@@ -3,6 +3,7 @@
 import json
 import struct
 import zlib
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,8 @@ from shapely import box
 
 import pianta
 from pianta.errors import BuildingError, BuildingWarning, MapError, OptionError
+from pianta.io.vacuum_segments import name_rooms
+from pianta.io.valetudo import read_vacuum_map
 from pianta.io.writers._formats import WriteOptions
 from pianta.plan.sheets.map_or_plan import detect_input_kind
 from tests.conftest import DATA
@@ -48,6 +51,14 @@ def write_png(path: Path, content: bytes) -> Path:
     png = path.read_bytes()
     path.write_bytes(png[:33] + chunk + png[33:])  # after the signature and the first chunk
     return path
+
+
+def read_or_fail(path: Path) -> str:
+    """What is wrong with a map; another exception than ours fails the test."""
+    try:
+        return repr(pianta.read_map(path, max_cells=100_000))
+    except MapError as error:
+        return str(error)
 
 
 class TestMap:
@@ -97,9 +108,22 @@ class TestMap:
         assert "\n" not in str(error.value)
 
     def test_too_many_pixels(self, tmp_path):
-        runs = [0, 0, 100_000] * 501
-        with pytest.raises(MapError, match="its layers have 50100000 pixels, the limit is 50000000"):
+        runs = [0, 0, 100_000] * 51
+        with pytest.raises(MapError, match="its layers have 5100000 pixels, the limit is 5000000"):
             pianta.read_map(write(tmp_path / "map.json", layers=[{"type": "wall", "compressedPixels": runs}]))
+
+    @pytest.mark.parametrize("name", ["map.json", "map.png"])
+    def test_random_damage_is_a_fault_of_one_line_or_none(self, tmp_path, name):
+        path = write(tmp_path / "map.json")
+        if name == "map.png":
+            path = write_png(tmp_path / name, path.read_bytes())
+        content, random = path.read_bytes(), np.random.default_rng(0)
+        for _ in range(200):
+            damaged = bytearray(content)
+            for index in random.integers(0, len(content), 3):
+                damaged[index] = random.choice([random.integers(0, 256), ord("9"), ord("-"), ord("]")])
+            path.write_bytes(damaged)
+            assert "\n" not in read_or_fail(path)
 
     def test_a_png_that_unpacks_endlessly(self, tmp_path):
         with pytest.raises(MapError, match="the limit is"):
@@ -168,6 +192,21 @@ class TestRealMaps:
         own = json.loads(path.read_text())
         assert written["entities"] == own["entities"]
         assert written["size"] == own["size"]
+
+
+def test_rooms_get_the_names_of_segments(tmp_path):
+    floor, grid = pianta.make_world("corridor")
+    named = pianta.Floor(tuple(replace(room, name=f"Raum {room.id}") for room in floor))
+    for name in ("map.json", "map.png"):
+        pianta.convert(named, tmp_path / "map.json", to="valetudo", grid=grid)
+        if name == "map.png":
+            write_png(tmp_path / name, (tmp_path / "map.json").read_bytes())
+        reading = pianta.read(tmp_path / name, labels=False)
+        names = [room.name for room in reading.floor]
+        assert sorted(filter(None, names)) == sorted(room.name for room in named if room.name)
+    # A room with all segments gets no name
+    one_room = pianta.Floor((pianta.Room(1, box(0, -50, 50, 0)),))
+    assert name_rooms(one_room, read_vacuum_map(tmp_path / "map.json"))[1].name is None
 
 
 # The two segments of LAYERS as rooms, the first with another name, and one that the robot does not know.

@@ -67,4 +67,4 @@ class OccupancyGrid(IdlStruct, typename="nav_msgs::msg::dds_::OccupancyGrid_"):
 
     header: Header
     info: MapMetaData
-    data: sequence[int8]
+    data: sequence[int8]  # type: ignore[type-arg]

@@ -85,6 +85,8 @@ def check_options(name: str, options: WriteOptions) -> None:
     surplus = sorted({*options.list_changed()} - find_format(name).options)
     if surplus:
         raise OptionError(f"format {name} takes no {' and no '.join(surplus)}, leave it out")
+    if find_format(name).needs_georeference and options.georeference is None:
+        raise OptionError(f"format {name} needs longitudes and latitudes, give georeference=")
     if not 0 < options.robot_radius < 10:
         raise OptionError(f"robot_radius is {options.robot_radius}, give metres between 0 and 10")
     if not 0 < options.speed <= 100:
