@@ -121,7 +121,7 @@ class TestMap:
         for _ in range(200):
             damaged = bytearray(content)
             for index in random.integers(0, len(content), 3):
-                damaged[index] = random.choice([random.integers(0, 256), ord("9"), ord("-"), ord("]")])
+                damaged[index] = random.choice([int(random.integers(0, 256)), *b"9-]"])
             path.write_bytes(damaged)
             assert "\n" not in read_or_fail(path)
 
