@@ -53,7 +53,7 @@ LABELS_LEFT_OUT = "labels: ROOM and CORRIDOR alone, where they are certain; --la
 Maps = Annotated[
     list[str],
     typer.Argument(
-        metavar="FILE", help="A map.yaml, NumPy archive (.npz) or image; a plan as image, DXF, SVG, PDF or IFC."
+        metavar="FILE", help="A map.yaml, NumPy archive (.npz) or image; a plan as image, DXF, SVG, PDF, IFC or .sh3d."
     ),
 ]
 Out = Annotated[Path, typer.Option("--out", "-o", help="Folder for the results; created if necessary.")]

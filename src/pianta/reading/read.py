@@ -70,7 +70,7 @@ def read(
     Parameters
     ----------
     path
-        A ROS map.yaml, a NumPy archive (.npz) or an image of a map; a plan as image, DXF, SVG, PDF or IFC.
+        A ROS map.yaml, a NumPy archive (.npz) or an image of a map; a plan as image, DXF, SVG, PDF, IFC or .sh3d.
     input_kind
         "map" or "plan"; None to detect it.
     resolution

@@ -134,8 +134,8 @@ class Reading:
         """The storeys with their maps, the lowest first, and the stairs and lifts that join them."""
         from pianta.reading.storeys import make_building
 
-        # Floors of a sheet lie beside each other, and those of an IFC above each other
-        return make_building(self.storeys, self.path.stem, one_frame=self.path.suffix.lower() == ".ifc")
+        # Floors of a sheet lie beside each other, and those of an IFC or .sh3d above each other
+        return make_building(self.storeys, self.path.stem, one_frame=self.path.suffix.lower() in {".ifc", ".sh3d"})
 
     @property
     def grid(self) -> GridMap:

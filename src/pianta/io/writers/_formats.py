@@ -90,12 +90,30 @@ FORMATS: Mapping[str, Format] = MappingProxyType(
             extra="tables",
             packages=("openpyxl",),
         ),
-        "dxf": Format("dxf", "write_dxf", "floor.dxf", "drawing of rooms, walls and doors, DXF", extra="cad", packages=("ezdxf",), options=STRAIGHT),
+        "dxf": Format(
+            "dxf",
+            "write_dxf",
+            "floor.dxf",
+            "drawing of rooms, walls and doors, DXF",
+            extra="cad",
+            packages=("ezdxf",),
+            options=STRAIGHT,
+        ),
         "svg": Format("svg", "write_svg", "floor.svg", "drawing of rooms, walls and doors, SVG", options=STRAIGHT),
-        "ifc": Format("ifc", "write_ifc", "building.ifc", "building model, IFC4", extra="bim", packages=("ifcopenshell",), options=STRAIGHT),
+        "ifc": Format(
+            "ifc",
+            "write_ifc",
+            "building.ifc",
+            "building model, IFC4",
+            extra="bim",
+            packages=("ifcopenshell",),
+            options=STRAIGHT,
+        ),
         "gazebo": Format("gazebo", "write_gazebo", "gazebo", "world of Gazebo, SDF", options=STRAIGHT),
         "stage": Format("stage", "write_stage", "stage", "world of Stage, with its image", options=STRAIGHT),
-        "sweethome3d": Format("sweethome3d", "write_sweethome3d", "building.sh3d", "home of Sweet Home 3D", options=STRAIGHT),
+        "sweethome3d": Format(
+            "sweethome3d", "write_sweethome3d", "building.sh3d", "home of Sweet Home 3D", options=STRAIGHT
+        ),
         "scene-graph": Format("scene_graph", "write_scene_graph", "scene_graph.json", "scene graph of Hydra, JSON"),
     }
 )

@@ -164,7 +164,8 @@ def place_leaf(door: Door, floor: Floor) -> tuple[np.ndarray, np.ndarray, bool]:
     along = (ends[1] - ends[0]) / np.hypot(*(ends[1] - ends[0]))
     room = min((floor[each] for each in door.room_ids), key=lambda each: each.polygon.area)
     left = np.array([-along[1], along[0]]) * door.line.length
-    sides = [shapely.intersection(room.polygon, LineString([*ends, ends[1] + side * left]).convex_hull).area for side in (1, -1)]
+    sides = [
+        shapely.intersection(room.polygon, LineString([*ends, ends[1] + side * left]).convex_hull).area
+        for side in (1, -1)
+    ]
     return ends[0], along, sides[0] >= sides[1]
-
-

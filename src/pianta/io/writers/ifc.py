@@ -19,7 +19,7 @@ from pianta.io._files import count_noun
 from pianta.io.writers._formats import WriteOptions
 from pianta.io.writers.room_texts import split_number, title_storey
 from pianta.io.writers.storey_heights import list_elevations
-from pianta.io.writers.wall_parts import DOOR_HEIGHT, WALL_HEIGHT, WallPart, Walls, door_depth, find_walls
+from pianta.io.writers.wall_parts import DOOR_HEIGHT, WALL_HEIGHT, WallPart, door_depth, find_walls
 
 if TYPE_CHECKING:
     from ifcopenshell import entity_instance, file
@@ -40,19 +40,25 @@ def write_ifc(building: Building, target: Path, _: WriteOptions) -> list[str]:
     project.UnitsInContext = model.make_units()
     project.RepresentationContexts = [model.context]
     house = model.add("IfcBuilding", "building", Name=building.name or None, CompositionType="ELEMENT")
-    for whole, part in ((project, site), (site, house)):
-        model.relate("IfcRelAggregates", RelatingObject=whole, RelatedObjects=[part])
+    for parent, part in ((project, site), (site, house)):
+        model.relate("IfcRelAggregates", RelatingObject=parent, RelatedObjects=[part])
     elevations, notes = list_elevations(building)
     storeys = [_add_storey(model, storey, height) for storey, height in zip(building, elevations, strict=True)]
     model.relate("IfcRelAggregates", RelatingObject=house, RelatedObjects=[storey for storey, _ in storeys])
-    spaces = {(each.name, room): space for each, (_, own) in zip(building, storeys, strict=True) for room, space in own.items()}
+    spaces = {
+        (each.name, room): space
+        for each, (_, own) in zip(building, storeys, strict=True)
+        for room, space in own.items()
+    }
     for link in building.links:
         zone = model.add("IfcZone", f"link {link}", Name=link.kind, ObjectType=link.kind.upper())
         model.relate("IfcRelAssignsToGroup", RelatedObjects=[spaces[end] for end in link.ends], RelatingGroup=zone)
     model.file.write(str(target))
     openings = sum(door.kind == "opening" for storey in building for door in storey.floor.doors)
     if openings:
-        notes.append(f"{count_noun(openings, 'opening')} without a door are doors of the type {OPENING_TYPE}, to join rooms")
+        notes.append(
+            f"{count_noun(openings, 'opening')} without a door are doors of the type {OPENING_TYPE}, to join rooms"
+        )
     return notes
 
 
@@ -65,22 +71,27 @@ class _Model:
     relations: int = 0
     names: dict[str, int] = field(default_factory=dict)
 
-    def add(self, kind: str, key: str, **values: Any) -> entity_instance:  # noqa: ANN401  # values of IFC
-        """An entity with an identifier, which a key makes unlike those of others."""
+    def add(self, entity: str, key: str, **values: Any) -> entity_instance:  # noqa: ANN401  # values of IFC
+        """An entity with an identifier, which a key makes unlike all other ones."""
         import ifcopenshell.guid
 
         identifier = ifcopenshell.guid.compress(uuid5(NAMESPACE_URL, f"pianta/{self.name}/{key}").hex)
-        return self.file.create_entity(kind, GlobalId=identifier, **values)
+        return self.file.create_entity(entity, GlobalId=identifier, **values)
 
-    def relate(self, kind: str, **values: Any) -> entity_instance:  # noqa: ANN401  # values of IFC
+    def relate(self, entity: str, **values: Any) -> entity_instance:  # noqa: ANN401  # values of IFC
         """A relation between entities."""
         self.relations += 1
-        return self.add(kind, f"relation {self.relations}", **values)
+        return self.add(entity, f"relation {self.relations}", **values)
 
     def make_units(self) -> entity_instance:
         """Metres, square metres, cubic metres and radians."""
-        kinds = {"LENGTHUNIT": "METRE", "AREAUNIT": "SQUARE_METRE", "VOLUMEUNIT": "CUBIC_METRE", "PLANEANGLEUNIT": "RADIAN"}
-        units = [self.file.create_entity("IfcSIUnit", UnitType=kind, Name=name) for kind, name in kinds.items()]
+        kinds = {
+            "LENGTHUNIT": "METRE",
+            "AREAUNIT": "SQUARE_METRE",
+            "VOLUMEUNIT": "CUBIC_METRE",
+            "PLANEANGLEUNIT": "RADIAN",
+        }
+        units = [self.file.create_entity("IfcSIUnit", UnitType=entity, Name=name) for entity, name in kinds.items()]
         return self.file.create_entity("IfcUnitAssignment", units)
 
     @cached_property
@@ -100,19 +111,19 @@ class _Model:
             TargetView="MODEL_VIEW",
         )
 
-    def point(self, *place: float) -> entity_instance:
+    def point(self, *position: float) -> entity_instance:
         """A point in two or three dimensions."""
-        return self.file.create_entity("IfcCartesianPoint", [float(each) for each in place])
+        return self.file.create_entity("IfcCartesianPoint", [float(each) for each in position])
 
-    def place(
-        self, parent: entity_instance | None, place: Sequence[float], along: Sequence[float] = (1, 0)
+    def locate(
+        self, parent: entity_instance | None, position: Sequence[float], along: Sequence[float] = (1, 0)
     ) -> entity_instance:
         """A placement relative to another one; along: its x axis."""
         axis, x_axis = (
             self.file.create_entity("IfcDirection", [float(each) for each in direction])
             for direction in ((0, 0, 1), (*along, 0))
         )
-        frame = self.file.create_entity("IfcAxis2Placement3D", self.point(*place), axis, x_axis)
+        frame = self.file.create_entity("IfcAxis2Placement3D", self.point(*position), axis, x_axis)
         return self.file.create_entity("IfcLocalPlacement", parent, frame)
 
     def extrude(self, area: Polygon, height: float) -> entity_instance:
@@ -135,7 +146,7 @@ class _Model:
 
 def _add_storey(model: _Model, storey: Storey, height: float) -> tuple[entity_instance, dict[int, entity_instance]]:
     """A storey with its spaces by the ids of rooms."""
-    frame, floor, key = model.place(None, (0, 0, height)), storey.floor, f"storey {storey.name}"
+    frame, floor, key = model.locate(None, (0, 0, height)), storey.floor, f"storey {storey.name}"
     title = title_storey(storey) or "Storey"
     added = model.add("IfcBuildingStorey", key, Name=title, ObjectPlacement=frame, Elevation=height)
     spaces = {room.id: _add_space(model, room, frame, key) for room in floor}
@@ -145,12 +156,19 @@ def _add_storey(model: _Model, storey: Storey, height: float) -> tuple[entity_in
     elements = [_add_wall(model, part, number, frame, key) for number, part in enumerate(walls.parts, start=1)]
     for part, wall in zip(walls.parts, elements, strict=True):
         _bound(model, wall, part.rooms, spaces)
-    doors = [_add_door(model, door, number, walls, elements, key) for number, door in enumerate(floor.doors)]
+    hosts = [(walls.parts[host], elements[host]) for host in walls.hosts]
+    doors = [
+        _add_door(model, door, *host, key=f"{key} door {number}")
+        for number, (door, host) in enumerate(zip(floor.doors, hosts, strict=True), start=1)
+    ]
     for door, entity in zip(floor.doors, doors, strict=True):
         _bound(model, entity, door.room_ids, spaces)
     elements += doors
     for number, piece in enumerate(floor.furniture, start=1):
-        placed = {"ObjectPlacement": model.place(frame, (0, 0, 0)), "Representation": model.extrude(piece.polygon, FURNITURE_HEIGHT)}
+        placed = {
+            "ObjectPlacement": model.locate(frame, (0, 0, 0)),
+            "Representation": model.extrude(piece.polygon, FURNITURE_HEIGHT),
+        }
         elements.append(model.add("IfcFurniture", f"{key} furniture {number}", Name=f"Furniture {number}", **placed))
     if elements:
         model.relate("IfcRelContainedInSpatialStructure", RelatedElements=elements, RelatingStructure=added)
@@ -166,22 +184,26 @@ def _add_space(model: _Model, room: Room, frame: entity_instance, key: str) -> e
         Name=number or str(room.id),
         LongName=room.name if number is None else name or number,
         ObjectType=room.label,
-        ObjectPlacement=model.place(frame, (0, 0, 0)),
+        ObjectPlacement=model.locate(frame, (0, 0, 0)),
         Representation=model.extrude(room.polygon, WALL_HEIGHT),
         CompositionType="ELEMENT",
         PredefinedType="INTERNAL",
     )
     area, perimeter = room.polygon.area, room.polygon.exterior.length
     sizes = {"Height": WALL_HEIGHT, "NetFloorArea": area, "GrossFloorArea": area, "GrossPerimeter": perimeter}
-    quantities = [_make_quantity(model, name, value) for name, value in {**sizes, "NetVolume": area * WALL_HEIGHT}.items()]
-    base = model.add("IfcElementQuantity", f"{key} quantities {room.id}", Name="Qto_SpaceBaseQuantities", Quantities=quantities)
+    quantities = [
+        _make_quantity(model, name, value) for name, value in {**sizes, "NetVolume": area * WALL_HEIGHT}.items()
+    ]
+    base = model.add(
+        "IfcElementQuantity", f"{key} quantities {room.id}", Name="Qto_SpaceBaseQuantities", Quantities=quantities
+    )
     model.relate("IfcRelDefinesByProperties", RelatedObjects=[space], RelatingPropertyDefinition=base)
     return space
 
 
 def _make_quantity(model: _Model, name: str, value: float) -> entity_instance:
-    kind = next((kind for kind in ("Area", "Volume") if name.endswith(kind)), "Length")
-    return model.file.create_entity(f"IfcQuantity{kind}", name, None, None, float(value))
+    entity = next((entity for entity in ("Area", "Volume") if name.endswith(entity)), "Length")
+    return model.file.create_entity(f"IfcQuantity{entity}", name, None, None, float(value))
 
 
 def _add_wall(model: _Model, part: WallPart, number: int, frame: entity_instance, key: str) -> entity_instance:
@@ -191,24 +213,21 @@ def _add_wall(model: _Model, part: WallPart, number: int, frame: entity_instance
         "IfcWall",
         f"{key} wall {number}",
         Name=f"Wall {number}",
-        ObjectPlacement=model.place(frame, (*part.ends[0], 0), part.direction),
+        ObjectPlacement=model.locate(frame, (*part.ends[0], 0), part.direction),
         Representation=model.extrude(area, WALL_HEIGHT),
         PredefinedType="SOLIDWALL",
     )
 
 
-def _add_door(
-    model: _Model, door: Door, number: int, walls: Walls, elements: Sequence[entity_instance], key: str
-) -> entity_instance:
+def _add_door(model: _Model, door: Door, part: WallPart, wall: entity_instance, *, key: str) -> entity_instance:
     """A door in an opening of its wall."""
-    part, wall = walls.parts[walls.hosts[number]], elements[walls.hosts[number]]
     along = np.sort((shapely.get_coordinates(door.line)[[0, -1]] - part.ends[0]) @ part.direction)
     start, width = float(along[0]), float(along[1] - along[0]) or part.length
-    depth, number = door_depth(part), number + 1
-    frame = model.place(wall.ObjectPlacement, (start, 0, 0))
+    depth, number = door_depth(part), key.rpartition(" ")[2]
+    frame = model.locate(wall.ObjectPlacement, (start, 0, 0))
     opening = model.add(
         "IfcOpeningElement",
-        f"{key} opening {number}",
+        f"{key} opening",
         Name=f"Opening {number}",
         ObjectPlacement=frame,
         Representation=model.extrude(box(0, -depth / 2, width, depth / 2), DOOR_HEIGHT),
@@ -219,10 +238,10 @@ def _add_door(
     leaf = box(0, -LEAF_THICKNESS / 2, width, LEAF_THICKNESS / 2)
     added = model.add(
         "IfcDoor",
-        f"{key} door {number}",
+        key,
         Name=f"Door {number}",
         ObjectType=None if is_door else OPENING_TYPE,
-        ObjectPlacement=model.place(frame, (0, 0, 0)),
+        ObjectPlacement=model.locate(frame, (0, 0, 0)),
         Representation=model.extrude(leaf, DOOR_HEIGHT) if is_door else None,
         OverallHeight=DOOR_HEIGHT,
         OverallWidth=door.width or width,

@@ -9,8 +9,8 @@ STOREY_HEIGHT = 3.0  # metres from floor to floor where elevations are unknown; 
 
 def list_elevations(building: Building) -> tuple[list[float], list[str]]:
     """The elevation of each storey, metres, and notes; all are STOREY_HEIGHT apart if one is unknown."""
-    known = [storey.elevation for storey in building if storey.elevation is not None]
-    if len(known) == len(building):
-        return known, []
+    elevations = [storey.elevation for storey in building if storey.elevation is not None]
+    if len(elevations) == len(building):
+        return elevations, []
     notes = [f"elevations are unknown, storeys are {STOREY_HEIGHT} m apart"] if len(building) > 1 else []
     return [number * STOREY_HEIGHT for number in range(len(building))], notes

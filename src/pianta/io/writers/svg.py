@@ -63,12 +63,18 @@ def write_svg(building: Building, target: Path, _: WriteOptions) -> list[str]:
         bottom -= high[1] - low[1] + 2 * MARGIN
     indent(root)
     ElementTree(root).write(target, encoding="utf-8", xml_declaration=True)
-    return [f"SVG holds no {count_noun(len(building.links), 'link')} between storeys, left out"] if building.links else []
+    return (
+        [f"SVG holds no {count_noun(len(building.links), 'link')} between storeys, left out"] if building.links else []
+    )
 
 
 def _measure(storey: Storey) -> tuple[Floats, Floats]:
     """The lower left and the upper right corner of a storey, metres."""
-    shapes = [*draw_walls(storey.floor), *(room.polygon for room in storey.floor), *(door.line for door in storey.floor.doors)]
+    shapes = [
+        *draw_walls(storey.floor),
+        *(room.polygon for room in storey.floor),
+        *(door.line for door in storey.floor.doors),
+    ]
     bounds = shapely.total_bounds(shapes) if shapes else np.zeros(4)
     return bounds[:2], bounds[2:]
 
@@ -93,7 +99,9 @@ def _draw_storey(root: Element, storey: Storey, prefix: str, left_top: Floats) -
         if door.kind == "opening" or not door.line.length:
             SubElement(groups["openings"], "polyline", {"id": f"{prefix}opening-{number}", "points": points})
         else:
-            SubElement(groups["doors"], "path", {"id": f"{prefix}door-{number}", "d": _draw_swing(door, storey, left_top)})
+            SubElement(
+                groups["doors"], "path", {"id": f"{prefix}door-{number}", "d": _draw_swing(door, storey, left_top)}
+            )
 
 
 def _draw_swing(door: Door, storey: Storey, left_top: Floats) -> str:
@@ -118,8 +126,8 @@ def _add_name(group: Element, room: Room, left_top: Floats) -> None:
     size = min(MAX_LETTERS, radius * LETTERS_SHARE, 3 * radius / max(len(name), 1))
     ((x, y),) = _flip(np.array([[x, y]]), left_top)
     for text, line, scale in ((name, 0.0, 1.0), (f"{room.polygon.area:.1f} m²", 1.1, 0.7)):
-        place = {"x": _text(x), "y": _text(y + line * size), "font-size": _text(size * scale)}
-        SubElement(group, "text", place).text = text
+        attributes = {"x": _text(x), "y": _text(y + line * size), "font-size": _text(size * scale)}
+        SubElement(group, "text", attributes).text = text
 
 
 def _flip(points: Floats, left_top: Floats) -> Floats:

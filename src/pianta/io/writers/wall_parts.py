@@ -34,7 +34,7 @@ Interval: TypeAlias = tuple[float, float]
 
 @dataclass(frozen=True)
 class WallPart:
-    """A straight part of a wall. line: its middle, from end to end. rooms: the ids of those on its sides, one or two."""
+    """A straight part of a wall. line: its middle, from end to end. rooms: ids of those on its sides."""
 
     line: LineString
     thickness: float
@@ -102,12 +102,18 @@ def find_walls(floor: Floor) -> Walls:
         hosted.setdefault(host, []).append(own)
         for index, span in spans.items():
             removed.setdefault(index, []).append(span)
-    kept = [(index, piece) for index, part in enumerate(parts) for piece in _cut(part, removed.get(index, []), index in hosted)]
-    places = {index: place for place, (index, _) in enumerate(kept)}
-    solid = [
-        piece for index, part in enumerate(parts) for piece in _cut(part, [*removed.get(index, []), *hosted.get(index, [])])
+    pieces = [
+        (index, piece)
+        for index, part in enumerate(parts)
+        for piece in _cut(part, removed.get(index, []), uncut=index in hosted)
     ]
-    return Walls(tuple(piece for _, piece in kept), tuple(places[host] for host in hosts), tuple(solid))
+    positions = {index: position for position, (index, _) in enumerate(pieces)}
+    solid = [
+        piece
+        for index, part in enumerate(parts)
+        for piece in _cut(part, [*removed.get(index, []), *hosted.get(index, [])])
+    ]
+    return Walls(tuple(piece for _, piece in pieces), tuple(positions[host] for host in hosts), tuple(solid))
 
 
 def door_depth(part: WallPart) -> float:
@@ -117,7 +123,7 @@ def door_depth(part: WallPart) -> float:
 
 @dataclass(frozen=True)
 class _Faces:
-    """The edges of the outlines of rooms. starts, along: shape (N, 2), along is a unit vector; outward: to its right."""
+    """The edges of the outlines of rooms. starts, along: shape (N, 2), along: unit vectors; outward: to their right."""
 
     starts: Floats
     along: Floats
@@ -147,9 +153,13 @@ def _list_parts(floor: Floor) -> Iterator[WallPart]:
     outlines = [room.polygon for room in floor]
     ids = [room.id for room in floor]
     rooms = STRtree(outlines)
-    corners = faces.starts[:, None] + faces.along[:, None] * faces.lengths[:, None, None] * np.array([0, 1])[None, :, None]
+    corners = (
+        faces.starts[:, None] + faces.along[:, None] * faces.lengths[:, None, None] * np.array([0, 1])[None, :, None]
+    )
     tree = STRtree(shapely.linestrings(corners)) if len(corners) else STRtree([])
-    reaches = [_make_box(faces, index, (0, faces.lengths[index]), -ROUGHNESS, MAX_GAP) for index in range(len(faces.rooms))]
+    reaches = [
+        _make_box(faces, index, (0, faces.lengths[index]), -ROUGHNESS, MAX_GAP) for index in range(len(faces.rooms))
+    ]
     for index, reach in enumerate(reaches):
         covered: list[Interval] = []
         for other, span, gaps in _list_opposite(faces, index, tree.query(reach)):
@@ -163,8 +173,8 @@ def _list_parts(floor: Floor) -> Iterator[WallPart]:
 
 
 def _list_opposite(faces: _Faces, index: int, candidates: Sequence[int]) -> list[tuple[int, Interval, Floats]]:
-    """Faces across the gap: index, where along this face, and the gap as a line, offset and slope; the nearest first."""
-    found = []
+    """Faces across the gap: index, where along this face, and the offset and slope of the gap; the nearest first."""
+    opposite = []
     start, along, outward = faces.starts[index], faces.along[index], faces.outward[index]
     for other in map(int, candidates):
         if other == index or faces.along[other] @ along > -MIN_PARALLEL:
@@ -177,8 +187,8 @@ def _list_opposite(faces: _Faces, index: int, candidates: Sequence[int]) -> list
         slope = (depths[0] - depths[1]) / (high - low)
         gap = depths[1] + slope * (np.mean(span) - low)
         if -ROUGHNESS <= gap <= MAX_GAP:
-            found.append((gap, other, span, np.array([depths[1] - slope * low, slope])))
-    return [entry[1:] for entry in sorted(found, key=lambda entry: entry[:2])]
+            opposite.append((gap, other, span, np.array([depths[1] - slope * low, slope])))
+    return [entry[1:] for entry in sorted(opposite, key=lambda entry: entry[:2])]
 
 
 def _part_between(faces: _Faces, index: int, other: int, span: Interval, gap: Floats) -> WallPart:
@@ -233,7 +243,8 @@ def _find_span(part: WallPart, door: Door) -> Interval | None:
         return None
     ends = shapely.get_coordinates(door.line)
     along = (ends[1] - ends[0]) / door.line.length
-    depth = abs(np.cross(part.direction, ends.mean(axis=0) - part.ends[0]))
+    across = part.direction[::-1] * (-1, 1)
+    depth = abs(across @ (ends.mean(axis=0) - part.ends[0]))
     if abs(along @ part.direction) < MIN_PARALLEL or depth > MAX_GAP / 2 + part.thickness / 2:
         return None
     low, high = np.sort((ends - part.ends[0]) @ part.direction)
@@ -243,12 +254,13 @@ def _find_span(part: WallPart, door: Door) -> Interval | None:
 
 def _make_part(door: Door) -> WallPart:
     """A part for a door in no wall, of its length."""
-    line = door.line if door.line.length else LineString([door.line.coords[0], np.array(door.line.coords[0]) + (0.1, 0)])
-    ends = shapely.get_coordinates(line)[[0, -1]]
+    ends = shapely.get_coordinates(door.line)[[0, -1]]
+    if not door.line.length:
+        ends[1, 0] += SHARED_THICKNESS
     return WallPart(LineString(ends), SHARED_THICKNESS, door.room_ids)
 
 
-def _cut(part: WallPart, spans: Sequence[Interval], whole: bool = False) -> Iterator[WallPart]:
+def _cut(part: WallPart, spans: Sequence[Interval], *, uncut: bool = False) -> Iterator[WallPart]:
     """The pieces of a part between intervals; the part itself if it is to stay whole."""
-    for start, end in [(0.0, part.length)] if whole or not spans else _subtract((0.0, part.length), spans):
+    for start, end in [(0.0, part.length)] if uncut or not spans else _subtract((0.0, part.length), spans):
         yield part.cut(start, end)

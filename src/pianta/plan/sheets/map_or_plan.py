@@ -22,7 +22,7 @@ from pianta.io.images import (
 )
 
 InputKind = Literal["map", "plan"]
-VECTOR_SUFFIXES = (".dxf", ".svg", ".pdf", ".ifc")
+VECTOR_SUFFIXES = (".dxf", ".svg", ".pdf", ".ifc", ".sh3d")
 PLAN_SUFFIXES = (*PICTURE_SUFFIXES, *VECTOR_SUFFIXES)
 
 
