@@ -1,6 +1,6 @@
 """Count the corrections of real maps that still apply to the right place when the map is read again.
 
-Run: OMP_NUM_THREADS=1 python benchmarks/score_corrections.py [--data DIR] [--only NAME]
+Run: OMP_NUM_THREADS=1 python benchmarks/score_corrections.py [--data DIR] [--only NAME] [--positions]
 
 Each map is read by `structure`, and corrected as a person would: two rooms merged, the largest split, five named, a
 door deleted, a door drawn, a room deleted. Then it is changed, read again, and corrected by `pianta read --previous`.
@@ -43,7 +43,6 @@ from pianta.floor import Door, Floor, Room
 from pianta.gridmap import GridMap
 from pianta.io.maps import read_map
 from pianta.layout.reconstruct import reconstruct
-from pianta.layout.room_ids import find_frame_motion, keep_room_ids
 from pianta.reading.saved_reading import SavedReading
 from pianta_bench.data.folders import SLAM_RESOLUTION, find_data
 
@@ -56,12 +55,34 @@ MAPS = (
     *("clutter/freiburg79_map15.png", "clutter/freiburg_building101.png", "clutter/vimantichouse20.yaml"),
     *("vacuum/converted_3790.yaml", "vacuum/l10su_1058_goto_target.yaml"),
 )
+# Maps that are turned by 17° alone.
+TURNED_MAPS = (
+    *("survey/Freiburg79_scan.png", "survey/lab_c_scan_furnitures.png", "survey/office_b_furnitures.png"),
+    *("survey/office_d.png", "survey/office_i.png", "clutter/g4s_y2.png", "clutter/vimantichouse23.yaml"),
+    *("clutter/simonahouse.yaml", "clutter/casamatteo.png", "clutter/umicfirstfloor_photo20200108.png"),
+    *("vacuum/misc_monastery_with_cutoff.yaml", "vacuum/S5_FW2020_with_segments.yaml"),
+)
 # Steps of the runs of data/partial whose maps grow; each pair of neighbours is a map and the grown one.
-RUNS = {
-    "freiburg79": ("r_003", "r_005", "r_008"),
-    "bronxville": ("a_200", "a_300"),
-    "putnamjuniorhigh": ("a_180", "a_280"),
-}
+RUNS = (
+    ("freiburg79", ("r_003", "r_005", "r_008")),
+    ("freiburg79", ("r_004", "r_006", "r_007", "r_009", "r_011", "r_013", "r_014")),
+    ("bronxville", ("a_200", "a_300")),
+    ("bronxville", ("a_060", "a_090", "a_120", "a_150", "a_250")),
+    ("putnamjuniorhigh", ("a_180", "a_280")),
+    ("putnamjuniorhigh", ("a_070", "a_090", "a_110", "a_210", "a_306")),
+)
+# Nothing was chosen by these. The runs are other steps of the same buildings, the only ones that data/partial has.
+NEW_MAPS = (
+    *("survey/lab_f_scan.png", "survey/NLB_furnitures.png", "clutter/vimantichouse30.yaml"),
+    *("vacuum/d9_1093_huge.yaml", "vacuum/z10_1056_paths.yaml"),
+)
+NEW_RUNS = (
+    ("freiburg79", ("r_010", "r_012", "r_015")),
+    ("bronxville", ("a_350", "a_418")),
+    ("putnamjuniorhigh", ("a_130", "a_150")),
+)
+TURNED = "turned by 17°"
+USED, NEW = "used while it was built", "not used"
 NAMES = 5
 SAME_IOU = 0.5
 # A door is at a place if its middle is nearer; metres.
@@ -80,6 +101,7 @@ Move = Callable[[np.ndarray], np.ndarray]
 class Case(NamedTuple):
     """A map that is read first, the same map changed, and the true motion of points from one frame to the other."""
 
+    part: str
     name: str
     change: str
     first: GridMap
@@ -91,6 +113,7 @@ class Case(NamedTuple):
 class Verdict:
     """Whether a correction applies to the right place on the changed map. why: what is wrong."""
 
+    part: str
     case: str
     change: str
     correction: Correction
@@ -102,10 +125,11 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--data", type=Path)
     parser.add_argument("--only", default="", help="Maps whose names contain this.")
+    parser.add_argument("--positions", action="store_true", help="Without rooms that corrections confirm.")
     options = parser.parse_args()
     verdicts: list[Verdict] = []
     for case in list_cases(find_data(options.data), options.only):
-        checked = [*check_case(case)]
+        checked = [*check_case(case, positions=options.positions)]
         right = sum(each.why is None for each in checked)
         sys.stdout.write(f"{case.name}, {case.change}: {right} of {len(checked)}\n")
         for each in checked:
@@ -113,9 +137,12 @@ def main() -> None:
                 sys.stdout.write(f"    {each.correction}: {each.why}\n")
         sys.stdout.flush()
         verdicts += checked
-    for title, key in (("change", lambda each: each.change), ("correction", lambda each: name_kind(each.correction))):
-        for name in dict.fromkeys(map(key, verdicts)):
-            print_share(f"{title} {name}", [each for each in verdicts if key(each) == name])
+    for part in dict.fromkeys(each.part for each in verdicts):
+        chosen = [each for each in verdicts if each.part == part]
+        for key in (lambda each: each.change, lambda each: name_kind(each.correction)):
+            for name in dict.fromkeys(map(key, chosen)):
+                print_share(f"{part}, {name}", [each for each in chosen if key(each) == name])
+        print_share(f"{part}, all", chosen)
     print_share("all", verdicts)
 
 
@@ -134,30 +161,32 @@ def print_share(title: str, verdicts: Sequence[Verdict]) -> None:
 
 def list_cases(data: Path, only: str) -> Iterator[Case]:
     """All maps with all changes."""
-    for name in MAPS:
-        if only in name:
-            resolution = None if name.endswith(".yaml") else RESOLUTION
-            yield from change_map(name, read_map(data / name, resolution=resolution))
-    for building, steps in RUNS.items():
-        if only in building:
-            for step, later in pairwise(steps):
-                yield read_growing(data / "partial" / building, step, later)
+    for part, names, runs in ((USED, (*MAPS, *TURNED_MAPS), RUNS), (NEW, NEW_MAPS, NEW_RUNS)):
+        for name in names:
+            if only in name:
+                resolution = None if name.endswith(".yaml") else RESOLUTION
+                cases = change_map(part, name, read_map(data / name, resolution=resolution))
+                yield from (case for case in cases if name not in TURNED_MAPS or case.change == TURNED)
+        for building, steps in runs:
+            if only in building:
+                for step, later in pairwise(steps):
+                    yield read_growing(part, data / "partial" / building, step, later)
 
 
-def change_map(name: str, grid: GridMap) -> Iterator[Case]:
+def change_map(part: str, name: str, grid: GridMap) -> Iterator[Case]:
     """The map turned by 90° and 17°, shifted, padded and at double resolution."""
     views: dict[str, Callable[[GridMap], View]] = {
         "turned by 90°": lambda each: view_symmetry(each, 1, mirrored=False),
-        "turned by 17°": view_turned,
+        TURNED: view_turned,
         "padded": view_padded,
         "double resolution": view_doubled,
     }
     for change, view in views.items():
         changed = view(grid)
-        yield Case(name, change, grid, changed.grid, measure_motion(grid, changed))
+        yield Case(part, name, change, grid, changed.grid, measure_motion(grid, changed))
     x, y, yaw = grid.origin
     shifted = replace(grid, origin=(x + SHIFT[0], y + SHIFT[1], yaw))
-    yield Case(name, "shifted", grid, shifted, lambda xy: xy + np.array(SHIFT))
+    yield Case(part, name, "shifted", grid, shifted, lambda xy: xy + np.array(SHIFT))
 
 
 def measure_motion(grid: GridMap, view: View) -> Move:
@@ -169,7 +198,7 @@ def measure_motion(grid: GridMap, view: View) -> Move:
     return lambda xy: np.column_stack([xy, np.ones(len(xy))]) @ affine
 
 
-def read_growing(folder: Path, step: str, later: str) -> Case:
+def read_growing(part: str, folder: Path, step: str, later: str) -> Case:
     """Two maps of a run; their images have one frame, or are shifted as their steps.json says."""
     entries = {
         Path(each["file"]).stem: each for each in json.loads((folder / "steps.json").read_text(encoding="utf-8"))
@@ -183,13 +212,13 @@ def read_growing(folder: Path, step: str, later: str) -> Case:
         row, col = first.map_to_pixel(*xy.T)
         return np.column_stack(changed.pixel_to_map(row + by_pixels[1], col + by_pixels[0]))
 
-    return Case(f"{folder.name} {step}", "grown", first, changed, move)
+    return Case(part, f"{folder.name} {step}", "grown", first, changed, move)
 
 
-def check_case(case: Case) -> Iterator[Verdict]:
-    """A verdict on each correction of a map."""
+def check_case(case: Case, *, positions: bool = False) -> Iterator[Verdict]:
+    """A verdict on each correction of a map. positions: without rooms that corrections confirm."""
     floor = read_first(case.first)
-    first = SavedReading(Path(), floor, floor)
+    first = SavedReading(Path(), floor, floor, grid=None if positions else case.first)
     states = [first]
     for make in choose_corrections(floor):
         try:
@@ -197,14 +226,14 @@ def check_case(case: Case) -> Iterator[Verdict]:
         except CorrectionError as error:
             sys.stdout.write(f"    {case.name}: not corrected, {error}\n")
     new = reconstruct(case.changed, predict_partial=False)
-    verdict = partial(Verdict, case.name, case.change)
+    verdict = partial(Verdict, case.part, case.name, case.change)
     try:
-        moved = states[-1].move_corrections(find_frame_motion(new, floor))
+        carried = states[-1].carry_over(new, case.changed)
     except FloorError as error:
         yield from (verdict(correction, str(error)) for correction in states[-1].corrections)
         return
-    new = keep_room_ids(new, floor)
-    for (before, after), correction in zip(pairwise(states), moved, strict=True):
+    new = carried.floor
+    for (before, after), correction in zip(pairwise(states), carried.corrections, strict=True):
         corrected, (outcome,) = correct_all(new, [correction])
         old = [move_floor(each.floor, case.move) for each in (before, after)]
         why = find_fault(after.corrections[-1], *old, new, corrected)

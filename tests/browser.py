@@ -63,6 +63,25 @@ class Tab:
         )
         return left, top
 
+    def color_of_room(self, x: float, y: float) -> list[int]:
+        """Red, green, blue and opacity that the canvas of the rooms has at a point of the map frame."""
+        color: list[int] = self.page.evaluate(
+            """([x, y]) => {
+                const canvas = document.querySelector(".leaflet-rooms-pane canvas");
+                if (!canvas) return [0, 0, 0, 0];
+                const box = canvas.getBoundingClientRect();
+                const scale = canvas.width / box.width;
+                const [column, row] = [(x - box.left) * scale, (y - box.top) * scale];
+                return [...canvas.getContext("2d").getImageData(column, row, 1, 1).data];
+            }""",
+            self.pixel(x, y),
+        )
+        return color
+
+    def wait_for_frame(self) -> None:
+        """Wait until what has changed is drawn."""
+        self.page.evaluate("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
+
     def click(self, *points: tuple[float, float]) -> None:
         """Click at points of the map frame, one after the other."""
         for point in points:

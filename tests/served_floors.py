@@ -3,7 +3,8 @@
 import json
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
 from http.client import HTTPConnection, HTTPResponse
 from pathlib import Path
 from threading import Thread
@@ -11,13 +12,16 @@ from typing import Any
 
 import numpy as np
 from shapely import LineString, box
+from shapely.affinity import translate
 
 from pianta.floor import Door, Floor, Room
 from pianta.gridmap import FREE, OCCUPIED, UNKNOWN, GridMap
+from pianta.io.floors import save_floor
 from pianta.labels import ALL_SCHEMAS
 from pianta.reading.reading import write_floor
 from pianta.view.folders import find_folders
 from pianta.view.server import listen, make_app, make_server
+from pianta.worlds.make import make_world
 
 TOKEN = "secret"  # noqa: S105 - of tests
 # Two rooms of 4 m x 3 m with a wall of 0.2 m between them, north of a corridor; the second has an entrance.
@@ -50,6 +54,35 @@ def write_folder(folder: Path, floor: Floor = FLOOR) -> Path:
     grid = make_grid()
     grid.save(folder / "grid.npz")
     write_floor(floor, grid, folder, ALL_SCHEMAS)
+    return folder
+
+
+def write_large_folder(folder: Path) -> Path:
+    """The folder of 20 offices of 30 rooms, on a map of 4000 x 4000 cells of 0.05 m."""
+    folder.mkdir(parents=True)
+    office, wing = make_world("office", seed=1, furniture=1.0, noise=0.2)
+    cells = np.full((4000, 4000), UNKNOWN, np.int8)
+    rooms: list[Room] = []
+    doors: list[Door] = []
+    height, width = wing.shape
+    x, y = wing.origin[:2]
+    for row, column in np.ndindex(4, 5):
+        bottom, left = 1000 * row, 800 * column
+        # Rows of cells are counted from the north.
+        cells[4000 - bottom - height : 4000 - bottom, left : left + width] = wing.cells
+        before = len(rooms)
+        move = partial(translate, xoff=0.05 * left - x, yoff=0.05 * bottom - y)
+        rooms += (replace(room, id=before + room.id, polygon=move(room.polygon)) for room in office.rooms)
+        doors += (
+            replace(
+                door,
+                rooms=(before + door.rooms[0], None if door.rooms[1] is None else before + door.rooms[1]),
+                line=move(door.line),
+            )
+            for door in office.doors
+        )
+    GridMap(cells, 0.05, (0.0, 0.0, 0.0)).save(folder / "grid.npz")
+    save_floor(Floor(tuple(rooms), tuple(doors), last_id=len(rooms)), folder / "floor.geojson")
     return folder
 
 

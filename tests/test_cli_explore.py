@@ -4,12 +4,15 @@ import csv
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 from PIL import Image, ImageSequence
 
+from pianta.exploration.steps import read_exploration
 from pianta.generation.type_model import learn_type
 from pianta.generation.type_model_file import save_type_model
-from pianta.io.floors import save_floor
+from pianta.io.floors import read_floor, save_floor
+from pianta.io.maps import read_npz_map
 from pianta.io.ros_maps import save_ros_map
 from pianta.labels import SCHEMAS
 from tests.command_line import list_files, run_pianta
@@ -48,14 +51,17 @@ def read_table(path: Path) -> list[dict[str, str]]:
 
 @pytest.mark.slow
 def test_a_floor_is_explored_and_table_picture_and_animation_are_written(tmp_path, floor_file):
-    code, out, err = run_pianta("explore", floor_file, "-o", tmp_path / "out", "--start", "2,3.5")
+    arguments = "-o", tmp_path / "out", "--start", "2,3.5", "--steps", "3"
+    code, out, err = run_pianta("explore", floor_file, *arguments)
     assert (code, err) == (0, "")
     first, second, last = out.splitlines()
     assert first.startswith("1 robot, nearest: 100.0 % of 27 m² seen in ")
     assert first.endswith(": done")
     assert second.startswith("50 % after 0 m, 90 % after ")
-    assert last == f"in {tmp_path / 'out'}: area.csv, picture.png, exploration.gif"
-    assert list_files(tmp_path / "out").keys() == {"area.csv", "picture.png", "exploration.gif"}
+    assert last == f"in {tmp_path / 'out'}: area.csv, picture.png, exploration.gif, exploration.json, step-*"
+    steps = {f"step-00{number}.{suffix}" for number in (1, 2, 3) for suffix in ("npz", "geojson")}
+    pictures = {"area.csv", "picture.png", "exploration.gif"}
+    assert list_files(tmp_path / "out").keys() == {*pictures, "exploration.json", *steps}
     rows = read_table(tmp_path / "out" / "area.csv")
     assert rows[0].keys() == {"distance_m", "area_m2", "share", "time_s"}
     assert rows[0]["distance_m"] == "0.00"
@@ -75,7 +81,7 @@ def test_without_a_folder_nothing_is_written(tmp_path, floor_file, monkeypatch):
 
 @pytest.mark.slow
 def test_several_robots_have_a_column_each(tmp_path, floor_file):
-    options = "--robots 2 --start 2,3.5 --start 6,1 --animation none"
+    options = "--robots 2 --start 2,3.5 --start 6,1 --animation none --steps 0"
     code, out, _ = run_pianta("explore", floor_file, "-o", tmp_path / "out", *options.split())
     assert code == 0
     assert out.startswith("2 robots, nearest: ")
@@ -83,6 +89,38 @@ def test_several_robots_have_a_column_each(tmp_path, floor_file):
     for row in read_table(tmp_path / "out" / "area.csv"):
         together = float(row["robot_1_m"]) + float(row["robot_2_m"])
         assert float(row["distance_m"]) == pytest.approx(together, abs=0.02)
+
+
+def test_steps_have_the_map_and_the_floor_of_their_time(tmp_path, floor_file):
+    options = "--start 2,3.5 --animation none --steps 3"
+    code, _, err = run_pianta("explore", floor_file, "-o", tmp_path / "out", *options.split())
+    assert (code, err) == (0, "")
+    saved = read_exploration(tmp_path / "out" / "exploration.json")
+    rows = read_table(tmp_path / "out" / "area.csv")
+    assert (saved.world, saved.policy, saved.outcome) == (str(floor_file), "nearest", "done")
+    assert [step.name for step in saved.steps] == ["step-001", "step-002", "step-003"]
+    assert (saved.steps[0].distance, saved.steps[-1].scan) == (0, len(rows) - 1)
+    free = []
+    for step in saved.steps:
+        # The scan is the row of the table; each robot has a pose for each of its scans until then.
+        assert sum(step.pose_counts) == step.scan + 1
+        assert step.distance == pytest.approx(float(rows[step.scan]["distance_m"]), abs=0.01)
+        assert step.share == pytest.approx(float(rows[step.scan]["share"]), abs=0.001)
+        free.append(np.count_nonzero(read_npz_map(tmp_path / "out" / f"{step.name}.npz").free))
+        read_floor(tmp_path / "out" / f"{step.name}.geojson")
+    assert free[0] < free[1] < free[2]
+    assert [len(track) for track in saved.tracks] == saved.steps[-1].pose_counts
+    # The last map is of the whole floor of three rooms, two of which are as wide as they are long.
+    assert len(read_floor(tmp_path / "out" / "step-003.geojson")) >= 2
+
+
+def test_other_steps_in_the_folder_are_refused(tmp_path, floor_file):
+    out = tmp_path / "out"
+    out.mkdir()
+    (out / "step-009.npz").touch()
+    code, _, err = run_pianta("explore", floor_file, "-o", out, "--animation", "none", "--steps", "3")
+    assert (code, "step-009" in err) == (2, True)
+    assert list_files(out).keys() == {"step-009.npz"}
 
 
 def test_a_room_is_found(floor_file):

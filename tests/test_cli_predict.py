@@ -4,6 +4,7 @@ import json
 from dataclasses import replace
 
 import networkx as nx
+import numpy as np
 import pytest
 from PIL import Image
 from shapely import box
@@ -13,9 +14,11 @@ from pianta.floor import Room
 from pianta.generation.functional_areas import Segmentation
 from pianta.generation.type_model import learn_type
 from pianta.generation.type_model_file import save_type_model
-from pianta.io.floors import save_floor
+from pianta.gridmap import GridMap
+from pianta.io.floors import read_floor, save_floor
 from pianta.io.graphml import save_graphml
 from pianta.io.graphs import read_graph, save_graph
+from pianta.io.maps import read_npz_map
 from pianta.prediction.revealed_floor import reveal_corridors
 from tests.command_line import list_files, run_pianta
 from tests.generated_types import SCHOOL, join_wings, make_schools, make_wing
@@ -96,6 +99,21 @@ class TestPredict:
         assert "truth" not in content
         with Image.open(tmp_path / "new" / "predicted" / "picture.png") as picture:
             assert picture.width > picture.height
+
+    def test_a_floor_with_outlines_is_written_for_the_page(self, model, tmp_path):
+        graph = join_wings(("CCCCS", "CT"), ((0, 1),), source="read")
+        floor = draw_floor(graph)
+        # The corridor of the second wing is open; nodes have ids from 1 on.
+        rooms = tuple(replace(room, partial=room.id == 7) for room in floor.rooms)
+        floor = replace(floor, rooms=rooms)
+        (tmp_path / "explored").mkdir()
+        grid = GridMap(np.zeros((4, 5), np.int8), 0.1)
+        grid.save(tmp_path / "explored" / "grid.npz")
+        save_floor(floor, tmp_path / "explored" / "floor.geojson")
+        code, _, err = run_pianta("predict", tmp_path / "explored", model, "-n", 2, "-o", tmp_path / "out")
+        assert (code, err) == (0, "")
+        assert read_floor(tmp_path / "out" / "explored.geojson") == floor
+        assert read_npz_map(tmp_path / "out" / "explored.npz").shape == (4, 5)
 
     @pytest.mark.slow
     def test_samples_keep_the_known_part_and_complete_it(self, explored, model, tmp_path):

@@ -15,7 +15,7 @@ from pianta.building_types.description import describe_building
 from pianta.building_types.model import BuildingTypeModel
 from pianta.cli.realism import name_pictures
 from pianta.floor import Floor
-from pianta.io.floors import save_floor
+from pianta.io.floors import parse_floor, save_floor
 from pianta.labels import OFFICE, LabelSet
 from pianta.rooms.completion import map_labels_upwards
 from tests.command_line import list_files, run_pianta
@@ -80,7 +80,8 @@ def test_several_floors_with_two_classes(offices, worlds, tmp_path):
     for line in others:
         assert re.search(r": 0\.[0-4]\d, not realistic, probability 0\.[0-4]\d of being so; less typical", line)
         assert line.endswith(" (its building left out of the reference)")
-    assert {*list_files(tmp_path / "pictures")} == {"grid 5x4.png", "snake 5x4.png", "snake 6x3.png"}
+    pictures = {"grid 5x4.png", "snake 5x4.png", "snake 6x3.png"}
+    assert {*list_files(tmp_path / "pictures")} == {*pictures, "realism.json"}
 
 
 def test_a_floor_of_the_reference_is_compared_with_the_others(offices):
@@ -169,6 +170,18 @@ def label_as_office(floor: Floor) -> Floor:
 
 
 @pytest.mark.slow
+def test_the_folder_has_the_results_with_their_shapes(offices, maze, tmp_path):
+    code, _, _ = run_pianta(
+        "realism", maze, "--reference", offices, "-o", tmp_path / "out", "--json", tmp_path / "m.json"
+    )
+    assert code == 0
+    assert {file.name for file in (tmp_path / "out").iterdir()} == {"maze.png", "realism.json"}
+    content = json.loads((tmp_path / "out" / "realism.json").read_text())
+    shapes = content["floors"][0].pop("shapes")
+    assert content == json.loads((tmp_path / "m.json").read_text())
+    assert parse_floor(json.dumps(shapes).encode()).rooms
+
+
 def test_options_without_meaning_are_refused(offices, maze, tmp_path):
     (tmp_path / "two").mkdir()
     save_all(make_offices()[:2], tmp_path / "two")

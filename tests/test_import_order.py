@@ -49,6 +49,7 @@ SHORTCUTS = {
     ("pianta.floor._floor", "pianta.io.floors"),
     ("pianta.floor._floor", "pianta.io.geodataframes"),
     ("pianta.floor._floor", "pianta.plot.floor"),
+    ("pianta.floor._floor", "pianta.view.notebook"),
     ("pianta.floor._corrected", "pianta.corrections.by_id"),
     ("pianta.floor._corrected", "pianta.corrections.correct"),
     ("pianta.floor._corrected", "pianta.corrections.kinds"),

@@ -9,18 +9,17 @@ from urllib.parse import urlsplit
 
 import numpy as np
 import pytest
-from shapely import box
 
 from pianta.corrections.kinds import SplitRoom
-from pianta.floor import Floor, Room
-from pianta.gridmap import FREE, GridMap
+from pianta.floor import Floor
+from pianta.gridmap import GridMap
 from pianta.io.floors import save_floor
 from pianta.labels import ALL_SCHEMAS
 from pianta.reading.reading import write_floor
 from pianta.reading.saved_reading import SavedReading
 from tests.browser import Tab, open_browser, opened_tab
 from tests.command_line import run_pianta
-from tests.served_floors import FLOOR, serving, write_folder
+from tests.served_floors import FLOOR, serving, write_folder, write_large_folder
 
 pytest.importorskip("fastapi", reason="install pianta[web] to test the page")
 
@@ -28,6 +27,17 @@ HOSTILE = '<img src=x onerror="document.title=1"></script><script>alert(1)</scri
 # The middles of the rooms of FLOOR, away from their walls.
 ROOM_1, ROOM_2, ROOM_3 = (1.2, 3.0), (5.2, 3.0), (3.3, 0.5)
 DOOR_1_3 = (1.5, 1.9)
+# Width and height of the picture of the map, and the share of its pixels that are occupied.
+SHARE_OF_WALLS = """() => {
+    const image = document.querySelector("img.background");
+    const canvas = new OffscreenCanvas(image.naturalWidth, image.naturalHeight);
+    const context = canvas.getContext("2d");
+    context.drawImage(image, 0, 0);
+    const {data} = context.getImageData(0, 0, canvas.width, canvas.height);
+    let dark = 0;
+    for (let index = 0; index < data.length; index += 4) if (data[index] < 60) dark += 1;
+    return [canvas.width, canvas.height, (4 * dark) / data.length];
+}"""
 
 
 @pytest.fixture(scope="module")
@@ -114,15 +124,28 @@ class TestLooking:
         tab.page.fill("#find", "nothing like this")
         assert tab.ids() == []
 
-    @pytest.mark.parametrize(("layer", "class_name"), [("rooms", "room"), ("doors", "door")])
-    def test_layers_switch(self, tab, layer, class_name):
-        shapes = tab.page.locator(f"path.{class_name}")
-        assert shapes.count() > 0
+    def test_layers_switch(self, tab):
+        doors = tab.page.locator("path.door")
+        assert doors.count() > 0
         tab.page.click("#layers-part summary")
-        tab.page.uncheck(f"#layers [name={layer}]")
-        assert shapes.count() == 0
-        tab.page.check(f"#layers [name={layer}]")
-        assert shapes.count() > 0
+        tab.page.uncheck("#layers [name=doors]")
+        assert doors.count() == 0
+        tab.page.check("#layers [name=doors]")
+        assert doors.count() > 0
+
+    def test_the_layer_of_rooms_switches(self, tab):
+        def is_filled() -> bool:
+            return bool(tab.color_of_room(*ROOM_1)[3])
+
+        tab.wait_for_frame()
+        assert is_filled()
+        tab.page.click("#layers-part summary")
+        tab.page.uncheck("#layers [name=rooms]")
+        tab.wait_for_frame()
+        assert not is_filled()
+        tab.page.check("#layers [name=rooms]")
+        tab.wait_for_frame()
+        assert is_filled()
 
     def test_dark_and_light(self, browser, folder):
         with serving(folder) as client, opened_tab(browser, client, color_scheme="dark") as tab:
@@ -468,26 +491,25 @@ class TestKeyboard:
 
 
 class TestLargeFloors:
-    @pytest.mark.slow
-    def test_500_rooms_on_a_map_of_4000_by_4000(self, browser, tmp_path):
-        rooms = [Room(25 * row + column + 1, box(4 * column, 4 * row, 4 * column + 3.8, 4 * row + 3.8))
-                 for row in range(20) for column in range(25)]  # fmt: skip
-        folder = tmp_path / "large"
-        folder.mkdir()
-        GridMap(np.full((4000, 4000), FREE, np.int8), 0.05, (0.0, 0.0, 0.0)).save(folder / "grid.npz")
-        save_floor(Floor(tuple(rooms), last_id=500), folder / "floor.geojson")
+    def test_600_rooms_on_a_map_of_4000_by_4000(self, browser, tmp_path):
+        folder = write_large_folder(tmp_path / "large")
+        floor = floor_of(folder)
+        assert len(floor) == 600
+        first, second = floor.doors[0].room_ids
         with serving(folder) as client, opened_tab(browser, client) as tab:
             tab.wait_for_floor().page.wait_for_selector("img.background.loaded")
-            assert tab.ids() == [*range(1, 501)]
-            assert tab.page.locator("path.room").count() == 500
+            assert tab.ids() == [*range(1, 601)]
+            assert tab.page.evaluate("pianta.floorMap.groups.rooms.getLayers().length") == 600
+            assert tab.page.evaluate(SHARE_OF_WALLS) == pytest.approx([4000, 4000, 0.03], abs=0.02)
             tab.page.fill("#find", "377")
             tab.page.press("#find", "Enter")
             tab.wait_for_text("#selected", "Room 377")
             tab.page.fill("#find", "")
             tab.use("merge")
             tab.page.keyboard.press("0")
-            tab.click((1.9, 1.9), (5.9, 1.9))
-            tab.wait_for_ids(1, *range(3, 501))
+            tab.click(*(floor[each].polygon.representative_point().coords[0] for each in (first, second)))
+            tab.wait_for_ids(*(each for each in range(1, 601) if each != max(first, second)))
+            tab.wait_for_text("#corrections-count", "(1)")
 
 
 def test_scripts_of_the_page_are_modules_below_400_lines(original):

@@ -17,9 +17,10 @@ from typing import Any
 import numpy as np
 import pytest
 from PIL import Image
+from shapely import box
 
 from pianta.errors import PiantaError
-from pianta.floor import Room
+from pianta.floor import Floor, Room
 from pianta.gridmap import GridMap
 from pianta.io.floors import read_floor
 from pianta.reading.saved_reading import SavedReading
@@ -127,6 +128,18 @@ class TestState:
             corners = client.get("api/maps/0").json["background"]["corners"]
         # A quarter turn: to the right is north, and up is west.
         np.testing.assert_allclose(corners, [[0, 2], [0, 4], [1, 2]], atol=1e-12)
+
+    def test_rooms_have_their_function_and_its_colour(self, tmp_path):
+        labels = ("OFFICE", "CORRIDOR", "STAIRS", "KITCHEN", "ROOM", None)
+        rooms = tuple(Room(number, box(4 * number, 0, 4 * number + 3, 3), label)
+                      for number, label in enumerate(labels, start=1))  # fmt: skip
+        with serving(write_folder(tmp_path / "labelled", Floor(rooms, last_id=6))) as client:
+            read = rooms_of(client.get("api/maps/0")).values()
+        # Schemas disagree on OFFICE; in that of offices it is functional.
+        functions = ["FUNCTIONAL", "CONNECTION", "ENTRANCE", "SERVICE", "FUNCTIONAL", "UNKNOWN"]
+        assert [room["function"] for room in read] == functions
+        assert [room["colour"] for room in read] == [
+            "#1bddf2", "#f28705", "#2f3ea8", "#8c8c8b", "#1bddf2", "#ffffff"]  # fmt: skip
 
     def test_rooms_without_labels_differ_from_their_neighbours_in_colour(self, tmp_path):
         rooms = tuple(Room(room.id, room.polygon) for room in FLOOR)
@@ -433,6 +446,28 @@ class TestFaults:
         answer = reader.post("api/maps/0/save", body, **{"Content-Type": "text/plain"})
         assert answer.status == 400
 
+    def test_a_long_name_in_a_damaged_body_is_not_repeated(self, reader):
+        body = {"version": reader.version(), "corrections": [], "k" * 2**20: 1}
+        answer = reader.post("api/maps/0/apply", body)
+        assert (answer.status, len(answer.error) < 500) == (400, True)
+
+    def test_a_scale_that_cannot_be(self, reader):
+        for length in (1e-300, 1e15):
+            answer = reader.edit([], kind="length", line=[[0, 2], [1, 2]], length=length)
+            assert (answer.status, "multiplies all lengths" in answer.error) == (422, True)
+
+    @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="the system has no pipes")
+    @pytest.mark.parametrize("name", ["corrections.json", "grid.npz"])
+    @pytest.mark.parametrize("is_pipe", [True, False], ids=["pipe", "device"])
+    def test_a_file_that_does_not_end_is_refused(self, client, folder, name, is_pipe):
+        (folder / name).unlink(missing_ok=True)
+        if is_pipe:
+            os.mkfifo(folder / name)
+        else:
+            (folder / name).symlink_to("/dev/zero")
+        answer = client.get("api/maps/0")
+        assert (answer.status, name in answer.error, "regular file" in answer.error) == (422, True, True)
+
     def test_numbers_that_json_has_not(self, reader):
         answer = reader.post(
             "api/maps/0/edit",
@@ -492,7 +527,19 @@ class TestGuard:
         assert "rooms" not in answer.body.decode()
         assert "address" in answer.error
 
-    @pytest.mark.parametrize("host", ["evil.example", "evil.example:80", "127.0.0.1.evil.example", "", "10.0.0.1"])
+    @pytest.mark.parametrize(
+        "host",
+        [
+            "evil.example",
+            "evil.example:80",
+            "127.0.0.1.evil.example",
+            "",
+            "10.0.0.1",
+            "127.0.0.1:80@evil.example",
+            "127.0.0.1:evil",
+            "127.0.0.1:",
+        ],
+    )
     def test_a_name_of_another_host(self, reader, host):
         assert reader.get("api/maps", Host=host).status == 403
 
@@ -506,6 +553,14 @@ class TestGuard:
         assert client.post("api/maps/0/save", body, Origin=origin).status == 403
         assert client.get("api/maps", Origin=origin).status == 403
         assert list_files(folder) == files
+
+    def test_one_of_two_origins_is_another_page(self, reader):
+        for one, other in (("127.0.0.1:%d", "evil"), ("evil", "127.0.0.1:%d")):
+            lines = [f"GET /{TOKEN}/api/maps HTTP/1.1", "Host: 127.0.0.1:%d", f"Origin: http://{one}",
+                     f"Origin: http://{other}", "Connection: close", "", ""]  # fmt: skip
+            with socket.create_connection(("127.0.0.1", reader.port), timeout=20) as browser:
+                browser.sendall("\r\n".join(lines).replace("%d", str(reader.port)).encode())
+                assert browser.recv(100).startswith(b"HTTP/1.1 403 ")
 
     def test_the_page_itself(self, reader):
         assert reader.get("api/maps", Origin=f"http://127.0.0.1:{reader.port}").status == 200

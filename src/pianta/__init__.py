@@ -26,17 +26,20 @@ if TYPE_CHECKING:
     from pianta.io.floors import read_floor
     from pianta.io.maps import read_map
     from pianta.io.writers.convert import convert
+    from pianta.io.writers.nav2_route import read_route_graph
     from pianta.labels import LabelSchema
     from pianta.layout.clean_map import clean_map
     from pianta.layout.explanation import explain
     from pianta.layout.parameters import StructureParameters, ThesisParameters
     from pianta.layout.reconstruct import METHODS, reconstruct
     from pianta.model_files import load_model
+    from pianta.navigation.route_graph import build_route_graph
     from pianta.patterns.model_floor_plan import ModelFloorPlan, find_model_floor_plan
     from pianta.plan.read_plan import read_plan
     from pianta.prediction.prediction import Prediction, predict
     from pianta.reading.read import Failure, read, read_all
     from pianta.reading.reading import Reading
+    from pianta.reading.series import read_series
     from pianta.realism.assess import assess_realism
     from pianta.rooms.label import label_rooms
     from pianta.rooms.training import train_rooms
@@ -61,6 +64,7 @@ __all__ = [
     "StructureParameters",
     "ThesisParameters",
     "assess_realism",
+    "build_route_graph",
     "classify_building",
     "clean_map",
     "convert",
@@ -81,6 +85,8 @@ __all__ = [
     "read_floor",
     "read_map",
     "read_plan",
+    "read_route_graph",
+    "read_series",
     "reconstruct",
     "score_floor",
     "train_building_types",
@@ -106,6 +112,7 @@ _MODULES = {
     "Storey": "building",
     "StructureParameters": "layout.parameters",
     "ThesisParameters": "layout.parameters",
+    "build_route_graph": "navigation.route_graph",
     "classify_building": "building_types.classify",
     "clean_map": "layout.clean_map",
     "convert": "io.writers.convert",
@@ -127,6 +134,8 @@ _MODULES = {
     "read_floor": "io.floors",
     "read_map": "io.maps",
     "read_plan": "plan.read_plan",
+    "read_route_graph": "io.writers.nav2_route",
+    "read_series": "reading.series",
     "reconstruct": "layout.reconstruct",
     "score_floor": "evaluation.floor_scores",
     "train_building_types": "building_types.model",

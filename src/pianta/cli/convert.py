@@ -15,6 +15,7 @@ from pianta.io.writers.convert import check_options, convert, find_format
 EXAMPLES = (
     "pianta convert building --to csv",
     "pianta convert building --to excel -o rooms.xlsx",
+    "pianta convert building --to map-card --robot-map map.json",
 )
 
 Out = Annotated[
@@ -25,6 +26,9 @@ Target = Annotated[Path | None, typer.Option("--out", "-o", help="The file or fo
 RobotRadius = Annotated[float | None, typer.Option(metavar="M", help="Radius of the robot, metres; 0.22 unless given.")]
 Rooms = Annotated[list[str] | None, typer.Option("--rooms", metavar="ROOM", help="Id, name or label; may be repeated.")]
 Speed = Annotated[float | None, typer.Option(metavar="PERCENT", help="Of a speed mask; 50 unless given.")]
+RobotMap = Annotated[
+    Path | None, typer.Option(metavar="FILE", help="Valetudo's map JSON of the robot, whose ids rooms get.")
+]
 Straight = Annotated[bool, typer.Option("--straight", help="Right angles where the building has them.")]
 
 
@@ -37,6 +41,7 @@ def convert_floor(
     rooms: Rooms = None,
     speed: Speed = None,
     straight: Straight = False,
+    robot_map: RobotMap = None,
     quiet: Quiet = False,
 ) -> None:
     """Write a floor or a building in a format of other programs.
@@ -44,9 +49,9 @@ def convert_floor(
     What a format cannot hold is named, a line each.
     """
     chosen = find_format(to)
-    values: dict[str, Any] = {"robot_radius": robot_radius, "speed": speed}
-    given = {name: value for name, value in values.items() if value is not None}
-    options = WriteOptions(**given, rooms=tuple(rooms or ()), straight=straight)
+    values: dict[str, Any] = {"robot_radius": robot_radius, "speed": speed, "robot_map": robot_map}
+    changed = {name: value for name, value in values.items() if value is not None}
+    options = WriteOptions(**changed, rooms=tuple(rooms or ()), straight=straight)
     check_options(to, options)
     path = target or (out if out.is_dir() else out.parent) / chosen.file
     if chosen.is_folder:

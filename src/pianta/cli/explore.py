@@ -15,7 +15,7 @@ import typer
 from pianta.cli.terminal import Quiet, print_result, stderr
 from pianta.errors import BuildingWarning, OptionError
 from pianta.io._files import count_noun, short_repr
-from pianta.io._folders import atomic_folder, check_output_folder
+from pianta.io._folders import atomic_folder, check_output_folder, number_outputs
 
 if TYPE_CHECKING:
     from pianta.exploration.policy_input import Policy
@@ -25,6 +25,8 @@ if TYPE_CHECKING:
 PREDICTED = "predicted"
 POLICY_NAMES = ("nearest", "gain", "gain-exp", PREDICTED)
 ANIMATIONS = ("gif", "mp4", "none")
+# Reading a map takes about a second.
+DEFAULT_STEPS = 12
 SHARES = (0.5, 0.9, 0.99)
 EXAMPLES = (
     "pianta explore ring -o exploration",
@@ -76,6 +78,9 @@ MaxDistance = Annotated[
     float | None, typer.Option(help="End after this many metres; derived from the area unless given.")
 ]
 Seed = Annotated[int, typer.Option(min=0, help="Of the noise, and of a synthetic building.")]
+Steps = Annotated[
+    int, typer.Option(help="With -o: at how many steps the map and the floor read from it are written.", min=0, max=200)
+]
 Animation = Annotated[str, typer.Option(help=f"One of {', '.join(ANIMATIONS)}; mp4 needs ffmpeg.")]
 
 
@@ -97,20 +102,22 @@ def explore_world(
     max_distance: MaxDistance = None,
     seed: Seed = 0,
     animation: Animation = "gif",
+    steps: Steps = DEFAULT_STEPS,
     quiet: Quiet = False,
 ) -> None:
     """Let simulated robots with lidars explore an unknown building.
 
-    With -o writes area.csv (explored area over metres driven), picture.png and
-    exploration.gif. Entrances are closed; rooms too narrow for the robots are
+    With -o writes area.csv (explored area over metres driven), picture.png,
+    exploration.gif, and for the timeline of `pianta view` exploration.json and
+    the map and the floor of each step, step-001.npz, step-001.geojson and so on.
+    Entrances are closed; rooms too narrow for the robots are
     left out.
     """
     from pianta.exploration.explore import explore
     from pianta.exploration.lidar import Lidar
     from pianta.exploration.world import open_world
 
-    if out is not None:
-        _check_outputs(out, animation)
+    step_names = [] if out is None else _check_outputs(out, animation, steps)
     _check_policy(policy, model, enough)
     starts, lidar = [read_point(text) for text in start or ()] or None, Lidar(reach=reach, noise=noise)
     stop_share = "all" if stop is None else stop
@@ -119,7 +126,10 @@ def explore_world(
     with _tracking(quiet=quiet) as track:
         run = explore(opened, chosen, starts=starts, lidar=lidar, robots=robots, radius=radius, drive=drive,
                       stop=stop_share, find=find, max_distance=max_distance, seed=seed, track=track)  # fmt: skip
-    names = [] if out is None else _save_exploration(run, opened, out, animation)
+    names = []
+    if out is not None:
+        with stderr.status("drawing, and reading maps"):
+            names = _save_exploration(run, opened, out, animation, step_names, title=(world, policy))
     if not quiet:
         _print_exploration(run, policy, find)
         if names:
@@ -140,12 +150,14 @@ def read_point(text: str) -> tuple[float, float]:
     return x, y
 
 
-def _check_outputs(out: Path, animation: str) -> None:
+def _check_outputs(out: Path, animation: str, steps: int) -> list[str]:
+    """The names of the steps; raises OptionError for a folder or an animation that cannot be written."""
     from pianta.plot.exploration import check_animation
 
     check_output_folder(out)
     if animation != "none":
         check_animation(animation)
+    return number_outputs("step", steps, out)
 
 
 def _check_policy(policy: str, model: Path | None, enough: float | None) -> None:
@@ -199,8 +211,11 @@ def _tracking(*, quiet: bool) -> Iterator[Callable[[float], None]]:
         yield lambda share: bar.update(task, completed=share)
 
 
-def _save_exploration(run: Exploration, world: World, out: Path, animation: str) -> list[str]:
-    """Write table, picture and animation, all or none; their names."""
+def _save_exploration(
+    run: Exploration, world: World, out: Path, animation: str, steps: list[str], *, title: tuple[str, str]
+) -> list[str]:
+    """Write table, picture, animation and steps, all or none; their names. title: of the world, and of the policy."""
+    from pianta.exploration.steps import FILE_NAME, save_steps
     from pianta.plot.exploration import draw_exploration, save_animation
     from pianta.plot.figure import save_figure
 
@@ -209,9 +224,10 @@ def _save_exploration(run: Exploration, world: World, out: Path, animation: str)
         _save_table(run, new / names[0])
         save_figure(draw_exploration(run, world), new / names[1])
         for name in names[2:]:
-            with stderr.status(f"drawing {name}"):
-                save_animation(run, world, new / name, file_format=animation)
-    return names
+            save_animation(run, world, new / name, file_format=animation)
+        if steps:
+            save_steps(run, steps, new, world=title[0], policy=title[1])
+    return [*names, FILE_NAME, "step-*"] if steps else names
 
 
 def _save_table(run: Exploration, path: Path) -> None:

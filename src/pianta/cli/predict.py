@@ -5,6 +5,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Sequence
 from contextlib import nullcontext
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -13,6 +14,7 @@ from rich.table import Table
 
 from pianta.cli.terminal import Quiet, make_table, print_result, stderr, stdout
 from pianta.errors import BuildingWarning, GraphError, LabelError, PiantaError
+from pianta.floor import Floor
 from pianta.io._files import count_noun, short_repr
 from pianta.io._folders import atomic_folder, number_outputs
 
@@ -20,6 +22,7 @@ if TYPE_CHECKING:
     import networkx as nx
 
     from pianta.generation.type_model import TypeModel
+    from pianta.gridmap import GridMap
     from pianta.prediction.prediction import OpenEnd, Prediction, SampleInterval
     from pianta.prediction.revealed_floor import RevealedFloor
 
@@ -30,11 +33,15 @@ EXAMPLES = (
 )
 PREDICTION = "prediction.json"
 PICTURE = "picture.png"
+# The explored floor and its map, for `pianta view`.
+EXPLORED_STEM = "explored"
+# The map in a folder that `pianta read` has written.
+GRID = "grid.npz"
 MAX_COUNT = 10_000
 # Labels of an open end that are printed.
 MAX_LABELS = 3
 
-Floor = Annotated[Path, typer.Argument(metavar="FLOOR", help="A partly explored floor.")]
+FloorFile = Annotated[Path, typer.Argument(metavar="FLOOR", help="A partly explored floor.")]
 Model = Annotated[Path, typer.Argument(metavar="MODEL", help="Model of its building type, of `pianta train type`.")]
 Count = Annotated[int, typer.Option("--count", "-n", help="How many floors to sample.", min=1, max=MAX_COUNT)]
 Out = Annotated[Path | None, typer.Option("--out", "-o", help="Folder for prediction, picture and samples.")]
@@ -49,7 +56,7 @@ Printed = Annotated[
 
 
 def predict_floor(
-    floor: Floor,
+    floor: FloorFile,
     model: Model,
     *,
     count: Count = 100,
@@ -68,7 +75,8 @@ def predict_floor(
 
     With -o writes prediction.json, picture.png, and each sampled floor,
     sample-001.json (networkx node-link) and so on, in which known rooms have
-    their ids as `room`.
+    their ids as `room`. If FLOOR has outlines, `pianta view` draws the
+    prediction over explored.geojson and, of a map, explored.npz.
     """
     from pianta.generation.type_model import check_model_type
     from pianta.generation.type_model_file import read_type_model
@@ -89,17 +97,50 @@ def predict_floor(
         raise type(error)(f"floor {short_repr(floor)}: {error}{remedy}") from error
     _warn(graph, truth, type_model, floor)
     if out is not None:
-        save_outputs(prediction, names, type_model, out, truth=truth)
+        save_outputs(
+            prediction, names, type_model, out, truth=truth, explored=read_known_part(floor, prediction, truth)
+        )
     if not quiet:
         _print_prediction(prediction, truth)
         if out is not None:
             print_result(f"in {out}: {PREDICTION}, {PICTURE}, sample-*.json")
 
 
+def read_known_part(path: Path, prediction: Prediction, truth: RevealedFloor | None) -> tuple[Floor, GridMap | None]:
+    """The rooms of a file that are known or behind open doors, and their map; without rooms if it has no outlines."""
+    from pianta.io.buildings.read import read_building
+    from pianta.io.graphs import FLOOR_FILE
+    from pianta.io.maps import read_npz_map
+
+    file = path / FLOOR_FILE if path.is_dir() else path
+    try:
+        with warnings.catch_warnings():
+            # The graph was read from it with the same warnings.
+            warnings.simplefilter("ignore", BuildingWarning)
+            floor = read_building(file)
+    except PiantaError:
+        return Floor(()), None
+    if truth is not None:
+        # Nothing of what is not explored; its map would show that.
+        names = {name for _, name in prediction.explored.graph.nodes(data="room")}
+        rooms = tuple(room for room in floor.rooms if room.id in names)
+        doors = tuple(door for door in floor.doors if {room.id for room in rooms}.issuperset(door.room_ids))
+        return replace(floor, rooms=rooms, doors=doors, walls=(), furniture=(), possible_doors=()), None
+    grid = file.parent / GRID
+    return floor, read_npz_map(grid) if file.name == FLOOR_FILE and grid.is_file() else None
+
+
 def save_outputs(
-    prediction: Prediction, names: Sequence[str], model: TypeModel, out: Path, *, truth: RevealedFloor | None = None
+    prediction: Prediction,
+    names: Sequence[str],
+    model: TypeModel,
+    out: Path,
+    *,
+    truth: RevealedFloor | None = None,
+    explored: tuple[Floor, GridMap | None] | None = None,
 ) -> None:
-    """Write the prediction, its picture and the samples by name, all or none."""
+    """Write the prediction, its picture, the samples by name, and the known rooms and map if any, all or none."""
+    from pianta.io.floors import save_floor
     from pianta.io.graphs import save_graph
     from pianta.plot.figure import save_figure
     from pianta.plot.prediction import draw_prediction
@@ -108,6 +149,10 @@ def save_outputs(
     with atomic_folder(out) as new:
         save_prediction(prediction, new / PREDICTION, building_type=model.building_type, truth=truth)
         save_figure(draw_prediction(prediction, truth=truth), new / PICTURE)
+        if explored is not None and explored[0].rooms:
+            save_floor(explored[0], new / f"{EXPLORED_STEM}.geojson")
+            if explored[1] is not None:
+                explored[1].save(new / f"{EXPLORED_STEM}.npz")
         for name, sample in zip(names, prediction.samples, strict=True):
             graph = name_rooms(sample, prediction)
             graph.graph.update(source=name, building_type=model.building_type)

@@ -11,11 +11,13 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 from rich.table import Table
 
+from pianta.building import Link, Storey
 from pianta.cli.terminal import Quiet, counting_files, describe_floor, make_table, print_error, print_result, stdout
 from pianta.errors import OptionError
 from pianta.floor import Floor, Room
-from pianta.io._files import MAX_CELLS, count_noun
+from pianta.io._files import MAX_CELLS, count_noun, short_repr
 from pianta.io._folders import check_output_folder
+from pianta.io.bags import Message
 from pianta.layout.reconstruct import DEFAULT_METHOD, METHODS
 from pianta.reading._labelling import describe_type
 from pianta.reading._reader import ReadOptions
@@ -29,6 +31,7 @@ from pianta.reading.reading import (
     check_corrections,
     check_output,
 )
+from pianta.reading.series import read_series
 from pianta.reading.storeys import parse_links, parse_storeys, save_storeys
 
 if TYPE_CHECKING:
@@ -44,16 +47,21 @@ EXAMPLES = (
     "pianta read drawings.pdf --page 3 -o building",
     "pianta read ground.yaml first.yaml -o house --storey ground:0 --storey first:3.1",
     "pianta read map.yaml -o building --clean clean.yaml --explain",
+    "pianta read run.bag -o building --topic /map",
+    "pianta read run.bag -o series --message all",
 )
 
 # A prediction of which a larger share was seen adds nothing: about 100 %.
 LARGEST_SHARE = 0.995
+MAX_DIGITS = 12  # of the number of a message
 LABELS_LEFT_OUT = "labels: ROOM and CORRIDOR alone, where they are certain; --label-unknown shows the others"
 
 Maps = Annotated[
     list[str],
     typer.Argument(
-        metavar="FILE", help="A map.yaml, NumPy archive (.npz) or image; a plan as image, DXF, SVG, PDF, IFC or .sh3d."
+        metavar="FILE",
+        help="A map.yaml, NumPy archive (.npz), image, GeoTIFF, rosbag, Valetudo's JSON, PCD or PLY; a plan as image, "
+        "DXF, SVG, PDF, IFC or .sh3d.",
     ),
 ]
 Out = Annotated[Path, typer.Option("--out", "-o", help="Folder for the results; created if necessary.")]
@@ -87,6 +95,10 @@ Resolution = Annotated[
 ]
 TrustThresholds = Annotated[
     bool, typer.Option("--trust-thresholds", help="Read greys of unknown, such as 205, as the thresholds say.")
+]
+Topic = Annotated[str | None, typer.Option(metavar="NAME", help="Topic of a bag, if several have maps.")]
+MessageChoice = Annotated[
+    str, typer.Option("--message", metavar="last|N|all", help="Which map of a bag; all as a series, ids kept.")
 ]
 MaxCells = Annotated[int, typer.Option(min=1, help="Largest map that is read.")]
 Walls = Annotated[bool, typer.Option("--walls", help="Draw lines of walls into the picture, if the method has them.")]
@@ -140,6 +152,8 @@ def read_maps(
     as_kind: As = None,
     resolution: Resolution = None,
     trust_thresholds: TrustThresholds = False,
+    topic: Topic = None,
+    message: MessageChoice = "last",
     max_cells: MaxCells = MAX_CELLS,
     page: Page = None,
     symbols: Symbols = None,
@@ -180,6 +194,9 @@ def read_maps(
 
     With --previous rooms keep their ids, and manual labels and a manual type
     stay; the map may have grown, and its origin may have moved.
+
+    With --message all every map of a bag is read with the rooms of the one
+    before, in folders 001, 002, …; rooms keep their ids.
     """
     options: ReadOptions = {
         "previous": previous,
@@ -189,6 +206,7 @@ def read_maps(
         "input_kind": as_kind,
         "resolution": resolution,
         "trust_thresholds": trust_thresholds,
+        "topic": topic,
         "max_cells": max_cells,
         "page": page,
         "symbols": symbols,
@@ -200,6 +218,10 @@ def read_maps(
         "label_unknown": label_unknown,
         "predict_partial": not no_predictions,
     }
+    if message == "all":
+        _read_series(maps, out, options, walls=walls, graph=graph, quiet=quiet)
+        return
+    options["message"] = _parse_message(message)
     extras = _Extras(clean, explain)
     extras.check(maps, method)
     named = parse_storeys(storeys, len(maps)) if storeys else None
@@ -209,6 +231,22 @@ def read_maps(
     if len(maps) == 1 and named is None:
         _read_one(maps[0], out, options, extras, walls=walls, graph=graph, quiet=quiet)
         return
+    _read_several(maps, out, options, named, links, walls=walls, graph=graph, jobs=jobs, quiet=quiet)
+
+
+def _read_several(
+    maps: Sequence[str],
+    out: Path,
+    options: ReadOptions,
+    named: Sequence[tuple[str, float | None]] | None,
+    links: Sequence[Link],
+    *,
+    walls: bool,
+    graph: bool,
+    jobs: int,
+    quiet: bool,
+) -> None:
+    """Read each file and print a line for it; with the names of storeys, join them to a building."""
     with counting_files(maps, quiet=quiet) as progress:
         names = [name for name, _ in named] if named else None
         results = read_all(
@@ -220,10 +258,37 @@ def read_maps(
     if len(readings) < len(maps):
         raise typer.Exit(1)
     if named:
-        building = save_storeys(readings, out, named, links)
+        as_storeys = [
+            Storey(reading.floor, name, elevation, reading.grid)
+            for reading, (name, elevation) in zip(readings, named, strict=True)
+        ]
+        building = save_storeys(as_storeys, out, links)
         if not quiet:
             joined = count_noun(len(building.links), "link")
             print_result(f"{count_noun(len(building), 'storey')}, {joined} by stairs and lifts, in {out}")
+
+
+def _parse_message(text: str) -> Message:
+    """The message that is meant; raises OptionError."""
+    if text == "last":
+        return "last"
+    if not text.isdecimal() or len(text) > MAX_DIGITS:
+        raise OptionError(f"message is {short_repr(text)}, give last, all, or a number from 1")
+    return int(text)
+
+
+def _read_series(
+    maps: Sequence[str], out: Path, options: ReadOptions, *, walls: bool, graph: bool, quiet: bool
+) -> None:
+    """Read all maps of a bag, and print a line for each; the exit code is 1 if none has a room."""
+    if len(maps) > 1:
+        raise OptionError(f"--message all is for one bag and {len(maps)} files are given, read each bag on its own")
+    results = read_series(maps[0], out=out, walls=walls, graph=graph, **options)
+    done = [_print_one_of_several(each, quiet=quiet) for each in results]
+    if not quiet:
+        print_result(f"{sum(done)} of {count_noun(len(done), 'map')} read")
+    if not any(done):
+        raise typer.Exit(1)
 
 
 @dataclass(frozen=True)

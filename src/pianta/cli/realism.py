@@ -33,6 +33,8 @@ EXAMPLES = (
     "pianta realism world.xml --reference offices --unrealistic other_worlds --json world.json",
     "pianta realism building/floor.geojson --type office",
 )
+# In the folder of pictures, for `pianta view`.
+RESULTS = "realism.json"
 LABEL_SETS = (LabelSet.R_C, LabelSet.F_C_E_S)
 
 Floors = Annotated[list[str], typer.Argument(metavar="FLOOR", help="Files of floors, or folders of them.")]
@@ -59,7 +61,9 @@ Labels = Annotated[
 Json = Annotated[
     Path | None, typer.Option("--json", metavar="FILE", help="File for scores and reasons of every floor, JSON.")
 ]
-Out = Annotated[Path | None, typer.Option("--out", "-o", help="Folder for NAME.png, a picture of every floor.")]
+Out = Annotated[
+    Path | None, typer.Option("--out", "-o", help="Folder for NAME.png, a picture of every floor, and realism.json.")
+]
 Reasons = Annotated[bool, typer.Option("--reasons", help="Print the reasons for several floors too.")]
 
 
@@ -159,7 +163,7 @@ def assess_floors(
     if json_file:
         _save_json(assessments, chosen.model, json_file)
     if out:
-        _save_pictures(assessments, out)
+        _save_pictures(assessments, chosen.model, out)
     if chosen.failed or len(assessments) < len(files):
         raise typer.Exit(1)
 
@@ -189,20 +193,24 @@ def _assess_all(files: Sequence[Path], reference: Reference, *, show_reasons: bo
 
 def _save_json(assessments: Sequence[Assessment], model: RealismModel, path: Path) -> None:
     """Write the JSON file of the option --json."""
+    with atomic_folder(path.parent) as new:
+        _write_json([assessment.as_json() for assessment in assessments], model, new / path.name)
+
+
+def _write_json(floors: Sequence[Mapping[str, object]], model: RealismModel, file: Path) -> None:
     content = {
         "pianta": __version__,
         "label_set": str(model.label_set),
         "reference": [floor.source for floor in model.reference_floors],
         "unrealistic": [floor.source for floor in model.unrealistic_floors],
-        "floors": [assessment.as_json() for assessment in assessments],
+        "floors": floors,
     }
-    with atomic_folder(path.parent) as new:
-        text = json.dumps(content, indent=1, allow_nan=False) + "\n"
-        (new / path.name).write_text(text, encoding="utf-8")
+    file.write_text(json.dumps(content, indent=1, allow_nan=False) + "\n", encoding="utf-8")
 
 
-def _save_pictures(assessments: Sequence[Assessment], out: Path) -> None:
-    """Write a picture of each floor into the folder of the option --out."""
+def _save_pictures(assessments: Sequence[Assessment], model: RealismModel, out: Path) -> None:
+    """Write a picture of each floor into the folder of the option --out, and the results with the shapes of floors."""
+    from pianta.io.floors import describe_floor
     from pianta.plot.figure import save_figure
     from pianta.plot.realism import draw_realism
 
@@ -210,6 +218,8 @@ def _save_pictures(assessments: Sequence[Assessment], out: Path) -> None:
     with atomic_folder(out) as new:
         for name, assessment in zip(names, assessments, strict=True):
             save_figure(draw_realism(assessment.floor, assessment.realism), new / name)
+        floors = [{**each.as_json(), "shapes": describe_floor(each.floor)} for each in assessments]
+        _write_json(floors, model, new / RESULTS)
 
 
 def name_pictures(sources: Sequence[str]) -> list[str]:

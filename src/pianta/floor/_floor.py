@@ -33,7 +33,7 @@ class Floor(Correctable):
     """One floor of a building, in metres of the map frame.
 
     `floor[3]` is the room with the id 3, `len(floor)` the number of rooms, `for room in floor` iterates over the rooms,
-    and `3 in floor` is whether a room has the id 3. A notebook shows a floor as its picture.
+    and `3 in floor` is whether a room has the id 3. A notebook shows a floor as a page to look at.
 
     Parameters
     ----------
@@ -132,6 +132,31 @@ class Floor(Correctable):
         """Whether this is the id of a room, or one of the rooms."""
         return room in self.rooms if isinstance(room, Room) else any(each.id == room for each in self.rooms)
 
+    def room_at(self, x: float, y: float) -> Room | None:
+        """Find the room at a position.
+
+        Parameters
+        ----------
+        x, y
+            Metres of the map frame.
+
+        Returns
+        -------
+        Room or None
+            The room whose polygon has the position inside or on its outline, the first of several; None outside of all
+            rooms.
+
+        Examples
+        --------
+        >>> import pianta
+        >>> floor, _ = pianta.make_world("corridor")
+        >>> floor.room_at(10.0, 5.0).id, floor.room_at(-10.0, 0.0)
+        (14, None)
+        """
+        import shapely
+
+        return next((room for room in self.rooms if shapely.intersects_xy(room.polygon, x, y)), None)
+
     def plot(
         self,
         grid: GridMap | None = None,
@@ -171,10 +196,16 @@ class Floor(Correctable):
         return plot_floor(self, grid, ax=ax, walls=walls, graph=graph, furniture=furniture)
 
     def _repr_png_(self) -> bytes | None:
-        """The floor as a notebook shows it; None for one without rooms."""
+        """The floor as a notebook shows it that has no HTML; None for one without rooms."""
         from pianta.plot.floor import render_floor
 
         return render_floor(self) if self.rooms else None
+
+    def _repr_html_(self) -> str | None:
+        """The floor as a notebook shows it, with its list of rooms; None for one without rooms."""
+        from pianta.view.notebook import show_in_frame
+
+        return show_in_frame(self) if self.rooms else None
 
     def save(self, path: str | Path) -> None:
         """Write the floor as floor.geojson, metres of the map frame; `read_floor` returns an equal one.

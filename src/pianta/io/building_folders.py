@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import json
 import re
+from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
 
@@ -63,6 +65,26 @@ def read_building_folder(path: str | Path) -> Building:
     return Building((_read_storey(file),), name=Path(floor.source).stem or file.parent.name)
 
 
+@dataclass(frozen=True)
+class StoreyFolders:
+    """The storeys of a building.json without their floors.
+
+    titles: what people call each, by its name, the lowest first. links: stairs and lifts.
+    """
+
+    titles: Mapping[str, str]
+    links: tuple[Link, ...]
+
+
+def read_storey_folders(folder: Path) -> StoreyFolders | None:
+    """The storeys in a folder; None if it has no building.json. Raises FloorError for a damaged one."""
+    file = folder / BUILDING_FILE
+    if not file.is_file():
+        return None
+    parsed = read_checked(file, "building", FloorError, _parse_file, max_bytes=MAX_FILE_BYTES)
+    return StoreyFolders({each.name: each.title or each.name for each in parsed.storeys}, _list_links(parsed))
+
+
 def save_building_file(building: Building, path: str | Path) -> None:
     """Write building.json; each storey is in the folder of its name beside it."""
     content = {
@@ -111,11 +133,19 @@ class _Building(BaseModel):
     links: list[_Link] = []
 
 
-def _parse_building(content: bytes, folder: Path) -> Building:
+def _parse_file(content: bytes) -> _Building:
     with validation_as(FloorError):
         FORMAT.check_version(content, FloorError)
-        parsed: Any = _Building.model_validate_json(content)
+        return _Building.model_validate_json(content)
+
+
+def _list_links(parsed: _Building) -> tuple[Link, ...]:
+    return tuple(Link(link.kind, link.ends) for link in parsed.links)
+
+
+def _parse_building(content: bytes, folder: Path) -> Building:
+    parsed = _parse_file(content)
     storeys = tuple(
         _read_storey(folder / each.name / FLOOR_FILE, each.name, each.title, each.elevation) for each in parsed.storeys
     )
-    return Building(storeys, parsed.name, tuple(Link(link.kind, link.ends) for link in parsed.links))
+    return Building(storeys, parsed.name, _list_links(parsed))

@@ -89,7 +89,7 @@ def read_floor(path: str | Path) -> Floor:
     >>> len(floor)
     19
     """
-    return read_checked(path, "floor", FloorError, _parse_floor, max_bytes=MAX_FILE_BYTES)
+    return read_checked(path, "floor", FloorError, parse_floor, max_bytes=MAX_FILE_BYTES)
 
 
 def describe_floor(floor: Floor) -> dict[str, Any]:
@@ -111,7 +111,7 @@ def _dump_floor(floor: Floor) -> bytes:
     header = describe_floor(floor)
     features = ",\n".join(map(_dump_strictly, header.pop("features")))
     content = f'{_dump_strictly(header)[:-1]}, "features": [\n{features}\n]}}\n'.encode()
-    if _parse_floor(content) != floor:
+    if parse_floor(content) != floor:
         raise FloorError("it has shapes in three dimensions, give it in two (shapely.force_2d)")
     return content
 
@@ -336,7 +336,7 @@ class _Collection(_Part):
 
 
 @validation_as(FloorError)
-def _parse_floor(content: bytes) -> Floor:
+def parse_floor(content: bytes) -> Floor:
     """The floor in a GeoJSON; FloorError for a version that cannot be read, ValidationError for invalid content."""
     major, _ = FORMAT.check_version(content, FloorError)
     collection = _Collection.model_validate_json(content, context={"major": major})

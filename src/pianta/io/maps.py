@@ -14,11 +14,17 @@ from numpy.typing import NDArray
 from pianta.errors import MapError
 from pianta.gridmap import FREE, OCCUPIED, UNKNOWN, GridMap
 from pianta.io._files import MAX_CELLS, atomic_file, check_cell_count, check_input_file, one_line_reason, short_repr
-from pianta.io.images import IMAGE_SUFFIXES, Source, path_of, read_image_map
+from pianta.io.bags import BAG_SUFFIXES, Message, check_message, is_bag, read_bag
+from pianta.io.geotiffs import has_geotags, read_geotiff
+from pianta.io.images import IMAGE_SUFFIXES, DecodedImage, Source, open_image, path_of, read_image_map
+from pianta.io.point_clouds import CLOUD_SUFFIXES
 from pianta.io.ros_maps import YAML_SUFFIXES, read_ros_map, save_ros_map
+from pianta.io.valetudo import is_wrapped, read_valetudo_map
 
 NPZ_SUFFIX = ".npz"
-MAP_SUFFIXES = (*YAML_SUFFIXES, NPZ_SUFFIX, *IMAGE_SUFFIXES)
+JSON_SUFFIX, PNG_SUFFIX = ".json", ".png"
+TIFF_SUFFIXES = (".tif", ".tiff")
+MAP_SUFFIXES = (*YAML_SUFFIXES, NPZ_SUFFIX, *IMAGE_SUFFIXES, *BAG_SUFFIXES, JSON_SUFFIX, *CLOUD_SUFFIXES)
 # Count of numbers in each member of an archive; None for any.
 _COUNTS = {"cells": None, "resolution": 1, "origin": 3}
 
@@ -29,21 +35,29 @@ def read_map(
     resolution: float | None = None,
     origin: tuple[float, float, float] | None = None,
     trust_thresholds: bool = False,
+    topic: str | None = None,
+    message: Message = "last",
     max_cells: int = MAX_CELLS,
 ) -> GridMap:
-    """Read a map from a ROS map.yaml, a NumPy archive (.npz), or a plain image.
+    """Read a robot's map.
 
     Parameters
     ----------
     path
-        The file; its suffix gives the format.
+        A ROS map.yaml, a NumPy archive (.npz), an image or GeoTIFF; a rosbag: a .bag, .mcap or .db3, or the folder of a
+        ROS 2 bag; the map JSON of Valetudo; the points of a floor as PCD or PLY.
     resolution
-        Metres per cell of a plain image, which needs it; the other formats have their own.
+        Metres per cell of a plain image, which needs it, and of points, 0.05 unless given; the other formats have their
+        own.
     origin
         The x, y (m) and yaw (rad, counter-clockwise) of the lower-left corner of a plain image; None for zero.
     trust_thresholds
         Keep greys of unknown free or occupied where the thresholds of a map.yaml make them so: 205, which map savers
         write, or another middle grey that fills the edge of the map.
+    topic
+        The topic of a bag; None for the only one with maps.
+    message
+        The number of the map in a bag, from 1, or "last".
     max_cells
         The largest map that is read, in cells.
 
@@ -56,12 +70,14 @@ def read_map(
     ------
     MapError
         The file or an option cannot be used; in one line.
+    OptionError
+        A bag has several topics with maps, or a package for it is not installed.
 
     Warns
     -----
     MapWarning
-        A grey of unknown would have been free or occupied and was made unknown; or the image of a map.yaml was not
-        where it says, but beside it.
+        A grey of unknown would have been free or occupied and was made unknown; the image of a map.yaml was not where
+        it says, but beside it; or updates in a bag do not fit its map.
 
     Examples
     --------
@@ -71,19 +87,56 @@ def read_map(
     >>> grid.shape, grid.resolution
     ((334, 646), 0.05)
     """
+    check_message(message)
+    if is_bag(path_of(path)):
+        _refuse_frame(path_of(path), resolution, origin)
+        return read_bag(path_of(path), topic=topic, message=message, max_cells=max_cells)
     file = check_input_file(path_of(path), "map", MapError)
     suffix = file.suffix.lower()
     if suffix not in MAP_SUFFIXES:
         raise MapError(f"map {short_repr(file)} is of no known kind, give one of {', '.join(MAP_SUFFIXES)}")
+    if topic is not None or message != "last":
+        raise MapError(f"map {short_repr(file)} is no bag, leave out topic= and message=")
+    if suffix in CLOUD_SUFFIXES:
+        from pianta.io.cloud_maps import DEFAULT_RESOLUTION, read_cloud_map
+
+        _refuse_frame(file, None, origin)
+        return read_cloud_map(file, resolution=resolution or DEFAULT_RESOLUTION, max_cells=max_cells)
     if suffix in IMAGE_SUFFIXES:
-        if resolution is None:
-            raise MapError(_describe_missing_resolution(file))
-        return read_image_map(path, resolution=resolution, origin=origin or (0.0, 0.0, 0.0), max_cells=max_cells)
-    if resolution is not None or origin is not None:
-        raise MapError(f"map {short_repr(file)} has its own resolution and origin, leave out resolution= and origin=")
+        return _read_image(path, file, resolution, origin, max_cells)
+    _refuse_frame(file, resolution, origin)
     if suffix == NPZ_SUFFIX:
         return read_npz_map(file, max_cells=max_cells)
+    if suffix == JSON_SUFFIX:
+        return read_valetudo_map(file, max_cells=max_cells)
     return read_ros_map(file, trust_thresholds=trust_thresholds, max_cells=max_cells)
+
+
+def _refuse_frame(path: str | Path, resolution: float | None, origin: object) -> None:
+    """Raise MapError if a map that has its own resolution or origin is given another."""
+    names = [name for name, value in (("resolution=", resolution), ("origin=", origin)) if value is not None]
+    if names:
+        raise MapError(f"map {short_repr(path)} has its own resolution and origin, leave out resolution= and origin=")
+
+
+def _read_image(
+    path: Source,
+    file: Path,
+    resolution: float | None,
+    origin: tuple[float, float, float] | None,
+    max_cells: int,
+) -> GridMap:
+    """Map of an image: by the options, else by the tags of a GeoTIFF, or by the JSON in a PNG of Valetudo."""
+    if resolution is not None:
+        return read_image_map(path, resolution=resolution, origin=origin or (0.0, 0.0, 0.0), max_cells=max_cells)
+    suffix = file.suffix.lower()
+    if suffix == PNG_SUFFIX and is_wrapped(file):
+        return read_valetudo_map(file, max_cells=max_cells)
+    if suffix in TIFF_SUFFIXES:
+        image = path if isinstance(path, DecodedImage) else open_image(path, max_cells=max_cells)
+        if has_geotags(image.pixels):
+            return read_geotiff(image, read_image_map, max_cells=max_cells)
+    raise MapError(_describe_missing_resolution(file))
 
 
 def _describe_missing_resolution(image: Path) -> str:

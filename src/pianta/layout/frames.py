@@ -52,6 +52,11 @@ class Motion:
         c, s = cos(self.angle), sin(self.angle)
         return np.asarray(xy @ np.array([[c, s], [-s, c]]) + self.shift)
 
+    def revert(self, xy: Floats) -> Floats:
+        """Points of shape (N, 2) of the other frame in the first one."""
+        c, s = cos(self.angle), sin(self.angle)
+        return np.asarray((xy - np.array(self.shift)) @ np.array([[c, -s], [s, c]]))
+
     def move(self, polygons: Polygons) -> Polygons:
         """Polygons in the other frame."""
         return np.asarray(shapely.transform(polygons, self.apply), dtype=object)

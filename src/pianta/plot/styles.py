@@ -41,6 +41,9 @@ COARSE_COLORS: Mapping[str, str] = MappingProxyType(
         GeneralLabel.BIG: "#2267f2",
     }
 )
+# Colours of functions that also differ for people without cones of one kind. Without red cones the teal of an entrance
+# in FCES_COLORS looks like the grey of service; tests/test_view_colours.py measures the differences.
+FUNCTION_COLORS: Mapping[FCES, str] = MappingProxyType({**FCES_COLORS, FCES.ENTRANCE: "#2f3ea8"})
 # Fill of rooms without a known label.
 NEUTRAL_COLOR = "#ffffff"
 DARK_INK = "#222222"
@@ -52,6 +55,14 @@ OPACITY = 0.75
 PARTIAL_OPACITY = 0.4
 # Labels of lower probability are marked as uncertain; chosen by hand.
 CERTAIN_FROM = 0.6
+# Functions by coarse label.
+_FUNCTIONS: Mapping[str, FCES] = MappingProxyType(
+    {
+        **{str(function): function for function in FCES},
+        RC.ROOM: FCES.FUNCTIONAL,
+        **dict.fromkeys((RC.CORRIDOR, GeneralLabel.CORRIDOR, GeneralLabel.HALL), FCES.CONNECTION),
+    }
+)
 CORRIDOR_LABELS = frozenset({RC.CORRIDOR, FCES.CONNECTION, GeneralLabel.CORRIDOR, GeneralLabel.HALL})
 # Paul Tol's "light" scheme, made for areas with dark labels and for colour-blind readers.
 ROOM_COLORS = ("#77aadd", "#ee8866", "#eedd88", "#ffaabb", "#99ddff", "#44bb99", "#bbcc33", "#ccaadd")
@@ -67,12 +78,14 @@ class RoomStyle:
     opacity: of the colour over the map.
     is_corridor: whether its node in a graph is a square.
     is_uncertain: whether its label has a probability below CERTAIN_FROM.
+    function: what the room is for, of which a room of any use has that of most rooms; None if that is unknown.
     """
 
     color: str
     opacity: float = OPACITY
     is_corridor: bool = False
     is_uncertain: bool = False
+    function: FCES | None = None
 
     @property
     def fill(self) -> str:
@@ -146,6 +159,7 @@ def _style_room(room: Room, floor_schemas: list[LabelSchema], schemas: Schemas) 
         opacity=PARTIAL_OPACITY if room.partial else OPACITY,
         is_corridor=room.labels.get(LabelSet.R_C, coarse) in CORRIDOR_LABELS,
         is_uncertain=probability is not None and probability < CERTAIN_FROM,
+        function=_FUNCTIONS.get(coarse),
     )
 
 

@@ -5,17 +5,21 @@ from __future__ import annotations
 import json
 from collections.abc import Hashable, Mapping
 from pathlib import Path
-from typing import Any, Final
+from typing import Annotated, Any, Final, Literal
 
 import networkx as nx
+from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
 
+from pianta.errors import DataError
+from pianta.io._checked import FileFormat, read_checked
+from pianta.io._faults import validation_as
 from pianta.io._files import atomic_file
 from pianta.prediction.prediction import OpenEnd, Prediction, SampleInterval
 from pianta.prediction.revealed_floor import RevealedFloor
 from pianta.prediction.unexplored_part import SampledFloor
 
-FORMAT: Final = "pianta prediction"
-VERSION: Final = "1.0"
+FORMAT: Final = FileFormat("pianta prediction", 1)
+MAX_FILE_BYTES: Final = 64 * 2**20
 # Decimals of probabilities, shares and m².
 DIGITS = 4
 
@@ -53,8 +57,7 @@ def _describe(prediction: Prediction, building_type: str) -> dict[str, Any]:
     explored = prediction.explored
     names = dict(explored.graph.nodes(data="room"))
     return {
-        "format": FORMAT,
-        "version": VERSION,
+        **FORMAT.header,
         "source": explored.source,
         "building_type": building_type,
         "samples": len(prediction.samples),
@@ -111,3 +114,54 @@ def _describe_interval(interval: SampleInterval | None) -> dict[str, float] | No
 
 def _round(figures: Mapping[str, float]) -> dict[str, float]:
     return {name: round(figure, DIGITS) for name, figure in figures.items()}
+
+
+class _Part(BaseModel):
+    model_config = ConfigDict(strict=True, frozen=True)
+
+
+Share = Annotated[FiniteFloat, Field(ge=0, le=1)]
+
+
+class SavedInterval(_Part):
+    """A SampleInterval."""
+
+    mean: FiniteFloat
+    low: FiniteFloat
+    high: FiniteFloat
+
+
+class SavedEnd(_Part):
+    """An OpenEnd; labels: label -> probability."""
+
+    kind: Literal["door", "corridor"]
+    room: int | str
+    near: int | str
+    labels: dict[str, Share]
+    leads_on: Share
+    rooms: SavedInterval
+    area: SavedInterval | None = None
+
+
+class SavedPrediction(_Part):
+    """The content of prediction.json that pages show; area in m²; unknown: expected unknown rooms by label."""
+
+    source: str
+    building_type: str
+    samples: Annotated[int, Field(ge=1)]
+    known_rooms: Annotated[list[int | str], Field(alias="known")]
+    rooms: SavedInterval
+    area: SavedInterval | None = None
+    unknown: dict[str, SavedInterval]
+    open_ends: list[SavedEnd]
+
+
+def read_prediction(path: str | Path) -> SavedPrediction:
+    """Read prediction.json; raises DataError, with every fault in one message, for a file of another form."""
+
+    def parse(content: bytes) -> SavedPrediction:
+        with validation_as(DataError):
+            FORMAT.check_version(content, DataError)
+            return SavedPrediction.model_validate_json(content)
+
+    return read_checked(path, "prediction", DataError, parse, max_bytes=MAX_FILE_BYTES)

@@ -16,14 +16,16 @@ from pianta.corrections.corrections_file import FILE_NAME
 from pianta.corrections.kinds import Correction, SetType
 from pianta.errors import FloorError, MapError, MapWarning, OptionError, PiantaError
 from pianta.floor import Floor
+from pianta.gridmap import GridMap
 from pianta.io._files import check_input_file, count_noun, short_repr
+from pianta.io.bags import Message, check_message, is_bag
 from pianta.labels import SCHEMAS
 from pianta.layout.parameters import Parameters
 from pianta.layout.reconstruct import DEFAULT_METHOD, check_as_printed, check_method
-from pianta.layout.room_ids import find_frame_motion, keep_room_ids
+from pianta.layout.room_ids import keep_room_ids
 from pianta.reading._labelling import Labelling
 from pianta.reading.reading import OUTPUTS, Reading, StoreyReading
-from pianta.reading.saved_reading import SavedReading, keep_words, measure_factor
+from pianta.reading.saved_reading import CarriedOver, SavedReading, keep_words, measure_factor
 
 if TYPE_CHECKING:
     from pianta.building_types.model import BuildingTypeModel
@@ -41,6 +43,8 @@ class ReadOptions(TypedDict, total=False):
     input_kind: InputKind | None
     resolution: float | None
     trust_thresholds: bool
+    topic: str | None
+    message: Message
     max_cells: int
     page: int | None
     symbols: str | Path | None
@@ -112,11 +116,12 @@ class Reader:
         unlabelled: list[int] = []
         # What people have corrected in the previous floor is corrected here too
         if self.corrected is not None:
-            uncorrected, corrections = self._correct(floor, self.corrected, path)
+            carried = self._carry_over(storey, self.corrected, path)
+            uncorrected, corrections = carried.floor, tuple(carried.corrections)
             # Labels that people have given in the corrected floor have priority over those of the uncorrected one
-            floor, outcomes = correct_all(keep_words(uncorrected, floor), corrections)
+            floor, outcomes = correct_all(keep_words(uncorrected, carried.read), corrections)
             grid = grid.scaled(measure_factor(outcomes))
-            messages += describe_outcomes(outcomes)
+            messages += [*describe_restored(carried.restored), *describe_outcomes(outcomes)]
             unlabelled = find_unlabelled(floor, outcomes)
             uncorrected = self._label(uncorrected, self.corrected.uncorrected)
         # Rooms of the previous floor keep their ids
@@ -134,15 +139,15 @@ class Reader:
             messages=(*messages, *storey.messages),
             uncorrected=uncorrected,
             corrections=corrections,
+            previous_corrections=self.corrected.corrections if self.corrected else (),
         )
 
-    def _correct(self, floor: Floor, corrected: SavedReading, path: str | Path) -> tuple[Floor, tuple[Correction, ...]]:
+    def _carry_over(self, storey: StoreyReading, corrected: SavedReading, path: str | Path) -> CarriedOver:
         """The floor with the ids of the previous one, uncorrected; and the corrections of that in the new frame."""
         try:
-            motion = find_frame_motion(floor, corrected.uncorrected)
+            return corrected.carry_over(storey.floor, storey.grid)
         except FloorError as error:
             raise FloorError(f"map {short_repr(path)}: {error}") from error
-        return keep_room_ids(floor, corrected.uncorrected), tuple(corrected.move_corrections(motion))
 
     def _label(self, floor: Floor, previous: Floor | None) -> Floor:
         """The floor with its building type and labels; a user's label of a room, or previous type, stays.
@@ -164,6 +169,8 @@ class Reader:
         from pianta.io.images import PICTURE_SUFFIXES, open_image
         from pianta.plan.sheets.map_or_plan import detect_input_kind
 
+        if is_bag(path):
+            return [self._read_map(path, None)]
         _refuse_folder(path)
         input_kind = self.options.get("input_kind")
         image = None
@@ -182,13 +189,23 @@ class Reader:
     def _read_map(self, path: str | Path, image: DecodedImage | None) -> StoreyReading:
         """Reconstruct the floor of a map; OptionError for options of plans. image: decoded, None to read the file."""
         from pianta.io.maps import read_map
-        from pianta.layout.reconstruct import reconstruct
-        from pianta.reading._plausibility import describe_implausible_reading, describe_inverted_greys
 
         useless = " and ".join(f"{name}=" for name in ("page", "symbols") if self.options.get(name) is not None)
         if useless:
             raise OptionError(f"map {short_repr(path)} is no plan, leave out {useless} or give input_kind='plan'")
-        grid = read_map(image or path, **self._choose("resolution", "trust_thresholds", "max_cells"))
+        options = self._choose("resolution", "trust_thresholds", "topic", "message", "max_cells")
+        return self._reconstruct(read_map(image or path, **options), path)
+
+    def read_grid(self, grid: GridMap, path: str | Path) -> Reading:
+        """The building of a map; path: where it comes from, for messages. Raises PiantaError, in one line."""
+        schemas = self.labelling.schemas if self.labelling else SCHEMAS
+        return Reading(Path(path), (self._finish(self._reconstruct(grid, path), path),), schemas)
+
+    def _reconstruct(self, grid: GridMap, path: str | Path) -> StoreyReading:
+        """The unlabelled floor of a map; warns of an implausible one."""
+        from pianta.layout.reconstruct import reconstruct
+        from pianta.reading._plausibility import describe_implausible_reading, describe_inverted_greys
+
         try:
             floor = reconstruct(grid, **self._choose("method", "parameters", "as_printed", "predict_partial"))
         except PiantaError as error:
@@ -203,6 +220,8 @@ class Reader:
 
         useless = {
             "trust_thresholds=True": self.options.get("trust_thresholds"),
+            "topic=": self.options.get("topic") is not None,
+            "message=": self.options.get("message", "last") != "last",
             "parameters=": self.options.get("parameters") is not None,
             "as_printed=True": self.options.get("as_printed"),
             "predict_partial=False": not self.options.get("predict_partial", True),
@@ -251,6 +270,7 @@ def _check_options(options: ReadOptions) -> None:
     resolution = options.get("resolution")
     if resolution is not None and not (isfinite(resolution) and resolution > 0):
         raise OptionError(f"resolution is {resolution}, give positive metres per cell, or per pixel of a plan")
+    check_message(options.get("message", "last"))
     method = options.get("method", DEFAULT_METHOD)
     check_method(method)
     if options.get("as_printed"):
@@ -283,6 +303,12 @@ def open_corrected(path: str | Path) -> SavedReading | None:
     folder = Path(path) if Path(path).is_dir() else Path(path).parent
     is_whole = Path(path).is_dir() or Path(path).name == OUTPUTS[0]
     return SavedReading.open(folder) if is_whole and (folder / FILE_NAME).exists() else None
+
+
+def describe_restored(count: int) -> list[str]:
+    """How many rooms have the outline of the previous floor, because corrections confirm it; nothing for none."""
+    has = "room that corrections confirm has its" if count == 1 else "rooms that corrections confirm have their"
+    return [f"{count} {has} previous outline, since the map is the same there"] if count else []
 
 
 def without_labels(floor: Floor, corrections: Iterable[Correction], unlabelled: Collection[int]) -> Floor:

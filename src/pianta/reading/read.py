@@ -12,6 +12,7 @@ from pianta.errors import OptionError, PiantaError
 from pianta.floor import Floor
 from pianta.io._files import MAX_CELLS, short_repr
 from pianta.io._folders import check_output_folder, choose_names
+from pianta.io.bags import Message
 from pianta.layout.parameters import Parameters
 from pianta.layout.reconstruct import DEFAULT_METHOD
 
@@ -47,6 +48,8 @@ def read(
     input_kind: InputKind | None = None,
     resolution: float | None = None,
     trust_thresholds: bool = False,
+    topic: str | None = None,
+    message: Message = "last",
     max_cells: int = MAX_CELLS,
     page: int | None = None,
     symbols: str | Path | None = None,
@@ -70,7 +73,7 @@ def read(
     Parameters
     ----------
     path
-        A ROS map.yaml, a NumPy archive (.npz) or an image of a map; a plan as image, DXF, SVG, PDF, IFC or .sh3d.
+        A map, as of `read_map`; a plan as image, DXF, SVG, PDF, IFC or .sh3d.
     input_kind
         "map" or "plan"; None to detect it.
     resolution
@@ -79,6 +82,10 @@ def read(
     trust_thresholds
         Keep greys of unknown free or occupied where the thresholds of a map.yaml make them so: 205, which map savers
         write, or another middle grey that fills the edge of the map.
+    topic
+        The topic of a bag; None for the only one with maps.
+    message
+        The number of the map in a bag, from 1, or "last"; `read_series` reads them all.
     max_cells
         The largest map or picture that is read, in cells or pixels.
     page
@@ -146,6 +153,8 @@ def read(
         input_kind=input_kind,
         resolution=resolution,
         trust_thresholds=trust_thresholds,
+        topic=topic,
+        message=message,
         max_cells=max_cells,
         page=page,
         symbols=symbols,

@@ -2,16 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+import os
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import partial
 from math import prod
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
+import shapely
 from numpy.typing import NDArray
 from PIL import Image
+from shapely import Polygon
 
+from pianta._types import Floats
+from pianta.corrections.confirmed import list_confirmed
 from pianta.corrections.correct import Outcome, correct, correct_all
 from pianta.corrections.corrections_file import FILE_NAME, read_corrections, save_corrections
 from pianta.corrections.kinds import Correction, SetType, move_correction
@@ -24,10 +31,28 @@ from pianta.io.floors import read_floor, save_floor
 from pianta.io.maps import read_npz_map
 from pianta.labels import ALL_SCHEMAS, LabelSchema
 from pianta.layout.frames import Motion
-from pianta.layout.room_ids import keep_room_ids
+from pianta.layout.room_ids import find_frame_motion, keep_room_ids
+from pianta.reading._map_change import MapChange
+from pianta.reading._restored_rooms import Restored, restore_rooms
 from pianta.reading.reading import OUTPUTS, PAPER, UNCORRECTED, write_floor
 
 FLOOR, GRID = OUTPUTS[0], OUTPUTS[-1]
+# The floor, and that which was read with the corrections, share this of their area, or are of different buildings;
+# they are equal but for changes of the file by hand (chosen by hand).
+MIN_SHARED = 0.5
+
+
+class CarriedOver(NamedTuple):
+    """A newer floor, uncorrected, and the corrections of the previous one in its frame.
+
+    read: as the map was read, but for rooms that corrections confirm; restored: how many of these have their previous
+    outline. floor: the same with the ids, names and labels of the previous floor.
+    """
+
+    read: Floor
+    floor: Floor
+    corrections: list[Correction]
+    restored: int
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,10 +82,12 @@ class SavedReading:
         if not (path / FLOOR).is_file():
             raise FloorError(f"folder {short_repr(folder)} has no {FLOOR}, give a folder of `pianta read`")
         floor = read_floor(path / FLOOR)
-        corrections = tuple(read_corrections(path / FILE_NAME)) if (path / FILE_NAME).exists() else ()
+        # A link that leads nowhere is refused: without corrections, what was read would be replaced
+        corrections = tuple(read_corrections(path / FILE_NAME)) if os.path.lexists(path / FILE_NAME) else ()
         uncorrected = read_floor(path / UNCORRECTED) if corrections else floor
-        _, outcomes = correct_all(uncorrected, corrections)
+        corrected, outcomes = correct_all(uncorrected, corrections) if corrections else (floor, [])
         grid = read_npz_map(path / GRID) if (path / GRID).exists() else None
+        _check_same_building(path, floor, corrected, grid)
         return cls(path, uncorrected, floor, corrections, tuple(outcomes), grid, _read_paper(path / PAPER))
 
     def add(self, correction: Correction) -> SavedReading:
@@ -84,15 +111,46 @@ class SavedReading:
         grid = self._scale_grid(measure_factor(outcomes) / measure_factor(self.outcomes))
         return replace(self, floor=floor, corrections=tuple(corrections), outcomes=tuple(outcomes), grid=grid)
 
+    def carry_over(self, floor: Floor, grid: GridMap) -> CarriedOver:
+        """The floor of a newer map of the building, and the corrections for it.
+
+        Raises FloorError if it is of another building.
+        """
+        motion = find_frame_motion(floor, self.uncorrected)
+        restored = self._restore(floor, grid, motion)
+        corrections = self.move_corrections(motion)
+        floor = keep_room_ids(restored.floor, self.uncorrected)
+        return CarriedOver(restored.floor, floor, corrections, restored.count)
+
     def move_corrections(self, motion: Motion) -> list[Correction]:
         """The corrections in another frame. motion: from the frame of the uncorrected floor."""
-        moved, factor = [], 1.0
-        for correction, outcome in zip(self.corrections, self.outcomes, strict=True):
+        moved = []
+        for correction, factor in self._list_factors():
             x, y = motion.shift
             # After a correction of the scale all places are in other metres
             moved.append(move_correction(correction, Motion(motion.angle, (x * factor, y * factor)).apply))
-            factor *= outcome.factor
         return moved
+
+    def _restore(self, floor: Floor, grid: GridMap, motion: Motion) -> Restored:
+        """The floor with the rooms that the corrections confirm, where the map is as it was."""
+        if self.grid is None:
+            return Restored(floor)
+        fitting = (outcome.problem is None for outcome in self.outcomes)
+        unscaled = [
+            move_correction(correction, partial(_scale_down, factor=factor))
+            for (correction, factor), fits in zip(self._list_factors(), fitting, strict=True)
+            if fits
+        ]
+        old_grid = self.grid.scaled(1 / measure_factor(self.outcomes))
+        confirmed = list_confirmed(self.uncorrected, unscaled)
+        return restore_rooms(floor, self.uncorrected, confirmed, MapChange(grid, old_grid, motion))
+
+    def _list_factors(self) -> Iterator[tuple[Correction, float]]:
+        """The corrections, and by how much the corrections before each multiply all lengths."""
+        factor = 1.0
+        for correction, outcome in zip(self.corrections, self.outcomes, strict=True):
+            yield correction, factor
+            factor *= outcome.factor
 
     def save(self, *, schemas: Mapping[str, LabelSchema] = ALL_SCHEMAS) -> None:
         """Write the corrected floor with its picture, and the corrections; all files or none.
@@ -121,6 +179,10 @@ def keep_words(floor: Floor, source: Floor) -> Floor:
     return replace(floor, rooms=rooms)
 
 
+def _scale_down(xy: Floats, *, factor: float) -> Floats:
+    return xy / factor
+
+
 def label_by_given_type(floor: Floor, corrections: Iterable[Correction]) -> Floor:
     """The floor with labels of the type of its building, if one of the corrections has given the type."""
     from pianta.reading._labelling import Labelling
@@ -135,8 +197,29 @@ def measure_factor(outcomes: Iterable[Outcome]) -> float:
     return prod(outcome.factor for outcome in outcomes)
 
 
+def _check_same_building(folder: Path, floor: Floor, corrected: Floor, grid: GridMap | None) -> None:
+    """Raise CorrectionError for a folder with files of another building."""
+    shape = shapely.union_all([room.polygon for room in floor])
+    expected = shape if corrected is floor else shapely.union_all([room.polygon for room in corrected])
+    if shapely.intersection(shape, expected).area < MIN_SHARED * shapely.union(shape, expected).area:
+        raise CorrectionError(
+            f"folder {short_repr(folder)}: {FLOOR} is not {UNCORRECTED} with the corrections of {FILE_NAME}, "
+            "put back the files of this building, or read the map into another folder"
+        )
+    if grid is not None and not shape.is_empty:
+        height, width = grid.shape
+        x, y = grid.pixel_to_map([0, 0, height, height], [0, width, width, 0])
+        if not shape.intersects(Polygon(np.column_stack([x, y]))):
+            raise CorrectionError(
+                f"folder {short_repr(folder)}: no room of {FLOOR} is on the map {GRID}, put back the map of this "
+                "building, or read it again"
+            )
+
+
 def _read_paper(file: Path) -> NDArray[np.uint8] | None:
     """The sheet of a plan; None without one."""
+    if file.exists() and not file.is_file():
+        raise CorrectionError(f"sheet {short_repr(file)} is no regular file, read the plan again")
     with suppress(FileNotFoundError):
         try:
             with Image.open(file) as image:

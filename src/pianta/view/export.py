@@ -11,7 +11,8 @@ from typing import Any
 
 from pianta.io._files import atomic_file
 from pianta.io._folders import check_output_file
-from pianta.view.sessions import Session
+from pianta.view.opened import AnySession, open_sessions
+from pianta.view.result_sessions import ResultSession
 
 STATIC = Path(__file__).parent / "static"
 # The element in which the page looks for floors before it asks a server.
@@ -31,7 +32,7 @@ def save_report(folders: Mapping[str, Path], file: Path) -> None:
     Raises PiantaError, in one line, for a folder that cannot be read, and a file that cannot be written.
     """
     check_output_file(file, "report")
-    content = make_report(describe_for_report(Session(number, *item)) for number, item in enumerate(folders.items()))
+    content = make_report(map(describe_for_report, open_sessions(folders)))
     with atomic_file(file) as temporary:
         temporary.write_text(content, encoding="utf-8")
 
@@ -51,13 +52,26 @@ def make_report(states: Iterable[Mapping[str, Any]]) -> str:
     return re.sub(r"(<meta charset=[^>]*>\n?)", lambda match: match[1] + head, page, count=1)
 
 
-def describe_for_report(session: Session) -> dict[str, Any]:
-    """The state of a floor, with its picture inside; it cannot be edited."""
-    state = session.describe()
-    picture = session.draw_background()
-    if state["background"] and picture:
-        state["background"]["url"] = f"data:image/png;base64,{b64encode(picture).decode()}"
-    return {**state, "writable": False}
+def describe_for_report(session: AnySession) -> dict[str, Any]:
+    """The state of a floor or of results, with their pictures and parts inside; it cannot be edited."""
+    state = session.describe() | {"writable": False}
+    if isinstance(session, ResultSession):
+        # A picture is in the page once, with its part.
+        parts = [
+            _inline_picture(part, session.draw_background(number) if part.get("background") else None)
+            for number, part in enumerate(session.list_parts())
+        ]
+        state |= {"facts": session.summarize().get("facts"), "parts": parts}
+    return _inline_picture(state, session.draw_background() if state["background"] else None)
+
+
+def _inline_picture(state: Mapping[str, Any], picture: bytes | None) -> dict[str, Any]:
+    """A state whose picture is in it."""
+    background = state.get("background")
+    if not background or not picture:
+        return dict(state)
+    url = f"data:image/png;base64,{b64encode(picture).decode()}"
+    return {**state, "background": {**background, "url": url}}
 
 
 def escape_json(text: str) -> str:

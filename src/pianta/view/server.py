@@ -25,12 +25,16 @@ from pianta.corrections.corrections_file import MAX_CORRECTIONS
 from pianta.errors import OptionError, PiantaError
 from pianta.io._files import one_line_reason, short_repr
 from pianta.view.guard import App, Guard
+from pianta.view.opened import AnySession, open_sessions
+from pianta.view.result_sessions import ResultSession
 from pianta.view.sessions import NOT_FOUND, RefusedError, Session
 
 STATIC = Path(__file__).parent / "static"
 LOOPBACK = "127.0.0.1"
 # How long requests, such as a save, may go on after Ctrl+C; seconds.
 GRACE = 30
+# Characters of the path to a fault in a body; names in it may be as long as the body.
+MAX_WHERE = 100
 # The address of a picture has the version of its files.
 KEEP_PICTURE = {"cache-control": "private, max-age=86400"}
 
@@ -47,16 +51,16 @@ class _Edit(_Corrections):
 
 
 def make_app(folders: Mapping[str, Path], *, token: str) -> App:
-    """The app that answers requests. folders: of the floors, by the names on the page. token: the start of paths.
+    """The app that answers requests. folders: as of `find_folders`. token: the start of paths.
 
     Raises PiantaError, in one line, for a single folder that cannot be read.
     """
-    sessions = [Session(number, name, folder) for number, (name, folder) in enumerate(folders.items())]
+    sessions = open_sessions(folders)
     if len(sessions) == 1:
         # A damaged folder is refused at once, and a floor is shown sooner
         sessions[0].describe()
     app = FastAPI(openapi_url=None, docs_url=None, redoc_url=None)
-    for routes in (_make_page(), _make_reading(sessions), _make_editing(sessions)):
+    for routes in (_make_page(), _make_reading(sessions), _make_parts(sessions), _make_editing(sessions)):
         app.include_router(routes, prefix=f"/{token}")
     app.mount(f"/{token}/static", StaticFiles(directory=STATIC))
     app.add_exception_handler(PiantaError, _answer_error)
@@ -88,7 +92,14 @@ def listen(port: int = 0) -> socket.socket:
 def make_server(app: App) -> uvicorn.Server:
     """A server for an app, without a log of addresses, which have the token."""
     return uvicorn.Server(
-        uvicorn.Config(app, log_level="error", access_log=False, server_header=False, timeout_graceful_shutdown=GRACE)
+        uvicorn.Config(
+            app,
+            ws="none",
+            log_level="error",
+            access_log=False,
+            server_header=False,
+            timeout_graceful_shutdown=GRACE,
+        )
     )
 
 
@@ -120,14 +131,14 @@ def _make_page() -> APIRouter:
     return routes
 
 
-def _find(sessions: Sequence[Session], number: int) -> Session:
+def _find(sessions: Sequence[AnySession], number: int) -> AnySession:
     """The session of a map; raises RefusedError for an unknown number."""
     if not 0 <= number < len(sessions):
         raise RefusedError(NOT_FOUND, f"there is no map {number}, the page has {len(sessions)}")
     return sessions[number]
 
 
-def _make_reading(sessions: Sequence[Session]) -> APIRouter:
+def _make_reading(sessions: Sequence[AnySession]) -> APIRouter:
     """The addresses of what is on disk."""
     routes = APIRouter(default_response_class=Response)
 
@@ -153,7 +164,31 @@ def _make_reading(sessions: Sequence[Session]) -> APIRouter:
     return routes
 
 
-def _make_editing(sessions: Sequence[Session]) -> APIRouter:
+def _make_parts(sessions: Sequence[AnySession]) -> APIRouter:
+    """The addresses of the parts of results: steps, samples and buildings."""
+    routes = APIRouter(default_response_class=Response)
+
+    def find(number: int) -> ResultSession[Any]:
+        session = _find(sessions, number)
+        if isinstance(session, Session):
+            raise RefusedError(NOT_FOUND, f"map {number} is a floor, which has no parts")
+        return session
+
+    @routes.get("/api/maps/{number}/parts/{part}")
+    def get_part(number: int, part: int) -> Response:
+        return _answer(find(number).part(part))
+
+    @routes.get("/api/maps/{number}/parts/{part}/background.png")
+    def get_background_of_part(number: int, part: int) -> Response:
+        picture = find(number).draw_background(part)
+        if picture is None:
+            raise RefusedError(NOT_FOUND, f"part {part} of map {number} has no picture")
+        return Response(picture, media_type="image/png", headers=KEEP_PICTURE)
+
+    return routes
+
+
+def _make_editing(sessions: Sequence[AnySession]) -> APIRouter:
     """The addresses of corrections."""
     routes = APIRouter(default_response_class=Response)
 
@@ -183,7 +218,7 @@ async def _answer_error(_: Request, error: Exception) -> Response:
 
 async def _answer_damaged_body(request: Request, error: Exception) -> Response:
     faults = error.errors() if isinstance(error, RequestValidationError) else []
-    where = {".".join(map(str, fault["loc"])): fault["msg"] for fault in faults[:3]}
+    where = {".".join(map(str, fault["loc"]))[:MAX_WHERE]: fault["msg"] for fault in faults[:3]}
     listed = "; ".join(f"{path}: {message}" for path, message in where.items())
     if any(fault["loc"][0] == "path" for fault in faults):
         return _answer({"error": f"there is no page {short_repr(request.url.path.split('/', 2)[-1])}"}, NOT_FOUND)

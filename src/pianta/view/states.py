@@ -17,11 +17,13 @@ from pianta.floor import Floor
 from pianta.gridmap import GridMap
 from pianta.io.floors import describe_floor
 from pianta.labels import ALL_SCHEMAS
-from pianta.plot.styles import color_neighbours, style_rooms
+from pianta.plot.styles import FUNCTION_COLORS, NEUTRAL_COLOR, color_neighbours, style_rooms
 from pianta.reading.saved_reading import SavedReading
 
 # Rooms whose centres are kept, so that an edit computes those of changed rooms alone; 2000 rooms and their edits.
 KEPT_CENTRES = 20_000
+# Of a room whose label has no known function, on a floor with labels; the page has a pattern for it.
+UNKNOWN_FUNCTION = "UNKNOWN"
 
 
 def describe_changes(reading: SavedReading) -> dict[str, Any]:
@@ -66,9 +68,9 @@ def name_type(floor: Floor) -> str | None:
 
 
 def _describe_shapes(floor: Floor) -> dict[str, Any]:
-    """The object of floor.geojson; rooms also have their area, centre, colour, number of doors and neighbours."""
+    """The object of floor.geojson; rooms also have their area, centre, function, colour, doors and neighbours."""
     described = describe_floor(floor)
-    colours = _choose_colours(floor)
+    looks = choose_looks(floor)
     doors = Counter(room_id for door in floor.doors for room_id in door.room_ids)
     neighbours = defaultdict[int, set[int]](set)
     for door in floor.doors:
@@ -79,18 +81,36 @@ def _describe_shapes(floor: Floor) -> dict[str, Any]:
         feature["properties"] |= {
             "area": room.polygon.area,
             "centre": _centre_of(room.polygon),
-            "colour": colours[room.id],
+            **looks[room.id],
             "doors": doors[room.id],
             "neighbours": sorted(neighbours[room.id]),
         }
     return described
 
 
-def _choose_colours(floor: Floor) -> dict[int, str]:
-    """The colour of each room by its id: that of its label, or one that no neighbour has if no room has a label."""
-    if any(room.label for room in floor.rooms):
-        return {room_id: style.color for room_id, style in style_rooms(floor, ALL_SCHEMAS).items()}
-    return dict(zip((room.id for room in floor.rooms), color_neighbours(floor.rooms), strict=True))
+def choose_looks(floor: Floor) -> dict[int, dict[str, str | None]]:
+    """The function of each room, by its id, and the colour of it: UNKNOWN and white if its label has none.
+
+    If no room has a label, the function is None, and the colour one that no neighbour has.
+    """
+    if not any(room.label for room in floor.rooms):
+        colours = color_neighbours(floor.rooms)
+        return {
+            room.id: {"function": None, "colour": colour} for room, colour in zip(floor.rooms, colours, strict=True)
+        }
+    # Where the type is unknown and the schemas disagree, as on OFFICE, those of the thesis decide.
+    printed = style_rooms(floor)
+    functions = {
+        room_id: style.function or printed[room_id].function
+        for room_id, style in style_rooms(floor, ALL_SCHEMAS).items()
+    }
+    return {
+        room_id: {
+            "function": str(function) if function else UNKNOWN_FUNCTION,
+            "colour": FUNCTION_COLORS[function] if function else NEUTRAL_COLOR,
+        }
+        for room_id, function in functions.items()
+    }
 
 
 def _list_edges(floor: Floor) -> list[list[XY]]:

@@ -20,6 +20,7 @@ class BuildingFormat(StrEnum):
     KTH = "KTH XML"
     MIT = "MIT XML"
     HOUSE_EXPO = "HouseExpo JSON"
+    VALETUDO = "Valetudo's map JSON"
     FLOOR = "floor.geojson"
 
 
@@ -85,6 +86,8 @@ def _detect_json(file: Path, content: bytes) -> tuple[BuildingFormat | None, str
     names = set(members) if isinstance(members, dict) else set()
     if {"verts", "room_category"} & names:
         return BuildingFormat.HOUSE_EXPO, BuildingFormat.HOUSE_EXPO
+    if "__class" in names and members["__class"] == "ValetudoMap":
+        return BuildingFormat.VALETUDO, BuildingFormat.VALETUDO
     if "features" in names:
         if members.get("format") == "pianta floor":
             return BuildingFormat.FLOOR, BuildingFormat.FLOOR

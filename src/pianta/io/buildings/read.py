@@ -16,6 +16,7 @@ from pianta.io.buildings.house_expo import read_house_expo
 from pianta.io.buildings.kth_xml import read_kth_xml
 from pianta.io.buildings.mit_xml import read_mit_xml
 from pianta.io.buildings.thesis_xml import read_building_xml
+from pianta.io.buildings.valetudo import read_valetudo_floor
 from pianta.io.floors import read_floor
 
 SUFFIXES = (".xml", ".json", ".geojson")
@@ -26,13 +27,14 @@ _READERS: MappingProxyType[BuildingFormat, Callable[[str | Path], Floor]] = Mapp
         BuildingFormat.KTH: read_kth_xml,
         BuildingFormat.MIT: read_mit_xml,
         BuildingFormat.HOUSE_EXPO: read_house_expo,
+        BuildingFormat.VALETUDO: read_valetudo_floor,
         BuildingFormat.FLOOR: read_floor,
     }
 )
 
 
 def read_building(path: str | Path) -> Floor:
-    """Read a drawn building: layout XML of the thesis, KTH XML, MIT XML, HouseExpo JSON or floor.geojson.
+    """Read a drawn building: layout XML of the thesis, KTH XML, MIT XML, HouseExpo JSON, Valetudo or floor.geojson.
 
     Parameters
     ----------

@@ -12,12 +12,10 @@ from typing import TYPE_CHECKING, TypeAlias
 
 from pianta.building import Building
 from pianta.errors import OptionError
+from pianta.navigation.robot import ROBOT_RADIUS
 
 if TYPE_CHECKING:
     from pianta.io.georeference import Georeference
-
-# Radius of a robot, metres: the default of Nav2's costmaps.
-ROBOT_RADIUS = 0.22
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -26,7 +24,7 @@ class WriteOptions:
 
     robot_radius: metres. rooms: those that masks are about, by ids, names or labels; all if empty. speed: percent, of a
     speed mask. straight: whether outlines get right angles where the building has them. georeference: from metres of
-    the map frame to a coordinate system; None if unknown.
+    the map frame to a coordinate system; None if unknown. robot_map: Valetudo's map JSON, with the robot's segments.
     """
 
     robot_radius: float = ROBOT_RADIUS
@@ -34,6 +32,7 @@ class WriteOptions:
     speed: float = 50.0
     straight: bool = False
     georeference: Georeference | None = None
+    robot_map: Path | None = None
 
     def list_changed(self) -> list[str]:
         """The names of the options that are not as they are by default."""
@@ -115,5 +114,23 @@ FORMATS: Mapping[str, Format] = MappingProxyType(
             "sweethome3d", "write_sweethome3d", "building.sh3d", "home of Sweet Home 3D", options=STRAIGHT
         ),
         "scene-graph": Format("scene_graph", "write_scene_graph", "scene_graph.json", "scene graph of Hydra, JSON"),
+        "nav2-route": Format(
+            "nav2_route",
+            "write_route_graph",
+            "route.geojson",
+            "route graph for Nav2's route server",
+            options=frozenset({"robot_radius"}),
+            needs_map=True,
+        ),
+        "valetudo": Format(
+            "vacuum", "write_valetudo", "valetudo.json", "map of a vacuum, Valetudo", options=frozenset({"robot_map"})
+        ),
+        "map-card": Format(
+            "vacuum",
+            "write_map_card",
+            "map-card.yaml",
+            "rooms of the vacuum map card, Home Assistant",
+            options=frozenset({"robot_map"}),
+        ),
     }
 )

@@ -51,12 +51,13 @@ def convert(
 
     Examples
     --------
+    >>> from pathlib import Path
     >>> import pianta
     >>> floor, _ = pianta.make_world("corridor")
     >>> pianta.convert(floor, "rooms.csv", to="csv")
     []
-    >>> open("rooms.csv", encoding="utf-8").readline().split(",")[:3]
-    ['id', 'number', 'name']
+    >>> Path("rooms.csv").read_text(encoding="utf-8")[:21]
+    'storey,id,number,name'
     """
     chosen, options = find_format(to), options or WriteOptions()
     check_options(to, options)

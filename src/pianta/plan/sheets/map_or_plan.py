@@ -10,6 +10,7 @@ import numpy as np
 
 from pianta._types import Colors
 from pianta.io._files import MAX_CELLS
+from pianta.io.geotiffs import has_geotags
 from pianta.io.images import (
     IMAGE_SUFFIXES,
     PICTURE_SUFFIXES,
@@ -20,6 +21,7 @@ from pianta.io.images import (
     read_colors,
     read_grey,
 )
+from pianta.io.valetudo import is_wrapped
 
 InputKind = Literal["map", "plan"]
 VECTOR_SUFFIXES = (".dxf", ".svg", ".pdf", ".ifc", ".sh3d")
@@ -73,6 +75,9 @@ def detect_input_kind(path: Source, *, max_cells: int = MAX_CELLS) -> InputKind:
     if suffix not in IMAGE_SUFFIXES or suffix == ".pgm":
         return "map"
     image = path if isinstance(path, DecodedImage) else open_image(path, max_cells=max_cells)
+    # Maps that say so: with their position on the earth, or of a vacuum
+    if has_geotags(image.pixels) or (suffix == ".png" and is_wrapped(path_of(path))):
+        return "map"
     greys, transparent = read_grey(image)
     colors = read_colors(image)
     opaque = np.ones(greys.shape, bool) if transparent is None else ~transparent

@@ -1,7 +1,7 @@
 // FloorMap: the floor on a Leaflet map in metres, its layers, what is marked, and what is being drawn.
 
 import { Background } from "./background.js";
-import { fillOf } from "./patterns.js";
+import { RoomCanvas } from "./room_canvas.js";
 import { RoomTexts } from "./room_texts.js";
 
 // Share of the screen around a floor at the start.
@@ -36,10 +36,11 @@ export class FloorMap {
       pane.style.pointerEvents = "none";
     }
     this.renderers = Object.fromEntries(
-      ["rooms", "walls", "doors", "marks"].map((pane) => [pane, L.svg({ pane, padding: 0.3 })]));
+      ["walls", "doors", "marks"].map((pane) => [pane, L.svg({ pane, padding: 0.3 })]));
+    this.roomCanvas = new RoomCanvas({ pane: "rooms", padding: 0.3 });
+    document.addEventListener("themechange", () => this.roomCanvas.repaint());
     this.groups = Object.fromEntries(Object.keys(LAYERS).map((name) => [name, L.layerGroup()]));
     for (const [name, group] of Object.entries(this.groups)) if (!OFF_AT_START.includes(name)) group.addTo(this.map);
-    this.renderers.rooms.addTo(this.map);
     this.texts = new RoomTexts().addTo(this.groups.texts);
     this.marks = L.layerGroup().addTo(this.map);
     this.draft = L.layerGroup().addTo(this.map);
@@ -65,7 +66,7 @@ export class FloorMap {
     this._drawBackground(background);
     for (const name of Object.keys(LAYERS)) if (name !== "map" && name !== "texts") this.groups[name].clearLayers();
     this._drawRooms(shapes.rooms);
-    this._add("furniture", "rooms", shapes.furniture.map((rings) => rings.map(toLatLngs)), "furniture", true);
+    this._add("furniture", "walls", shapes.furniture.map((rings) => rings.map(toLatLngs)), "furniture", true);
     this._add("walls", "walls", shapes.walls.map(toLatLngs), "wall");
     for (const kind of new Set(shapes.doors.map((door) => door.kind))) {
       const lines = shapes.doors.filter((door) => door.kind === kind).map((door) => toLatLngs(door.line));
@@ -147,10 +148,8 @@ export class FloorMap {
   }
 
   _drawRooms(rooms) {
-    const svg = this.renderers.rooms._container;
     for (const room of rooms) {
-      const fillColor = fillOf(room, svg);
-      const options = this._style("rooms", room.partial ? "room room-partial" : "room", { fillColor });
+      const options = { room, renderer: this.roomCanvas, pane: "rooms", interactive: false, smoothFactor: 0.5 };
       L.polygon(room.rings.map(toLatLngs), options).addTo(this.groups.rooms);
     }
     const partial = rooms.filter((room) => room.partial);

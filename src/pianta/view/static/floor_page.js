@@ -1,7 +1,11 @@
 // FloorPage: the parts of the page for one map, and what goes on between them.
 
+import { keepDraft, readDraft } from "./drafts.js";
 import { ask, byId, element, warn } from "./elements.js";
+import { Explored } from "./explored.js";
 import { FloorMap } from "./floor_map.js";
+import { listFunctions } from "./patterns.js";
+import { Predicted } from "./predicted.js";
 import { RoomList } from "./room_list.js";
 import { describeThing, showBuilding, showCorrections, showSelected } from "./selected.js";
 import { Session } from "./session.js";
@@ -12,6 +16,8 @@ import { Tools } from "./tools.js";
 const FOLLOW_MS = 1000;
 // A door after an edit is the one before it if it is no farther from it; metres, chosen by hand.
 const SAME_DOOR = 0.3;
+// Pixels between a point and the reason beside it; a finger on the point does not hide it.
+const REASON_GAP_PX = 28;
 
 export class FloorPage {
   constructor(source) {
@@ -23,6 +29,10 @@ export class FloorPage {
     this._makeTools();
     this._makeLayers();
     for (const name of ["undo", "redo", "save"]) byId(name).onclick = () => this[name]();
+    byId("take-back").onclick = () => this.tools.takeBack();
+    byId("finish").onclick = () => this.tools.finish();
+    byId("stop").onclick = () => this.cancel();
+    this.floorMap.map.on("move zoom resize", () => this._placeReason());
     window.addEventListener("beforeunload", (event) => {
       if (this.session?.unsaved) event.preventDefault();
     });
@@ -49,6 +59,8 @@ export class FloorPage {
     this.fitted = false;
     try {
       await session.open();
+      const draft = session === this.session && this.writable && readDraft(session);
+      if (draft) this.tools.resume(draft);
     } catch (fault) {
       if (session === this.session) this.fail(fault);
     }
@@ -57,7 +69,11 @@ export class FloorPage {
   close() {
     this.session = null;
     this.selected = null;
-    warn("");
+    this.results?.remove();
+    this.results = null;
+    // The draft of the map that is left stays in the store.
+    this.tools.choose("select");
+    this.fail(null);
   }
 
   // The tools draw on it.
@@ -76,14 +92,27 @@ export class FloorPage {
 
   hover(thing, at) {
     const tip = byId("tip");
-    tip.hidden = !thing || !at;
+    const latLng = at && this.floorMap.map.containerPointToLatLng(at);
+    const texts = [thing && describeThing(thing, this.shapes), at && this.results?.describe([latLng.lng, latLng.lat])];
+    tip.hidden = !at || !texts.some(Boolean);
     if (!tip.hidden) {
-      tip.textContent = describeThing(thing, this.shapes);
+      tip.textContent = texts.filter(Boolean).join("\n\n");
       const { x, y } = this.floorMap.map.getSize();
       tip.style.left = `${Math.max(4, Math.min(at.x + 16, x - tip.offsetWidth - 8))}px`;
       tip.style.top = `${Math.max(4, Math.min(at.y + 16, y - tip.offsetHeight - 8))}px`;
     }
     if (thing !== this.hovered) this._mark(thing);
+  }
+
+  // Buttons for those who draw without keys.
+  showDraft(tools) {
+    byId("draft").hidden = !tools.busy;
+    byId("finish").disabled = !tools.canFinish;
+    byId("finish").textContent = tools.reason === null ? "Finish" : "Try again";
+  }
+
+  keepDraft(draft) {
+    if (this.session?.disk) keepDraft(this.session, draft);
   }
 
   showPicked(things) {
@@ -106,7 +135,7 @@ export class FloorPage {
 
   async submit(edit) {
     await this.session.edit(edit);
-    warn("");
+    this.fail(null);
   }
 
   async send(edit) {
@@ -138,14 +167,30 @@ export class FloorPage {
     this.tools.cancel();
   }
 
-  fail(fault) {
-    warn(fault.message);
+  // fault: null when there is none any more. point: of the map, beside which the reason stands.
+  fail(fault, point = null) {
+    warn(fault?.message ?? "");
+    this.faultAt = point;
+    this._placeReason();
+  }
+
+  _placeReason() {
+    const box = byId("alert");
+    const { map } = this.floorMap;
+    box.classList.toggle("beside", this.faultAt !== null);
+    box.style.left = box.style.top = "";
+    if (this.faultAt === null) return;
+    const at = map.latLngToContainerPoint([this.faultAt[1], this.faultAt[0]]);
+    const { x, y } = map.getSize();
+    const top = at.y + REASON_GAP_PX + box.offsetHeight < y ? at.y + REASON_GAP_PX : at.y - REASON_GAP_PX - box.offsetHeight;
+    box.style.left = `${Math.max(8, Math.min(at.x - box.offsetWidth / 2, x - box.offsetWidth - 8))}px`;
+    box.style.top = `${Math.max(8, Math.min(top, y - box.offsetHeight - 8))}px`;
   }
 
   async _try(task, done = "") {
     try {
       await task();
-      warn("");
+      this.fail(null);
       if (done) byId("hint").textContent = done;
     } catch (fault) {
       this.fail(fault);
@@ -160,12 +205,14 @@ export class FloorPage {
     this.fitted = true;
     this.list.setRooms(this.shapes.rooms, null);
     this.select(this._findAgain(this.selected));
+    byId("legend").replaceChildren(...listFunctions(this.shapes.rooms));
     showBuilding(state, this);
     showCorrections(state, this);
     this._showNames(state);
     this._showHeader(state);
+    this._showResults();
     if (reloaded) {
-      warn("");
+      this.fail(null);
       byId("hint").textContent = "The files have changed; this is the new floor.";
     }
   }
@@ -176,12 +223,29 @@ export class FloorPage {
     document.title = `${session.unsaved ? "• " : ""}${state.name}, pianta`;
     byId("summary").textContent = state.problem && !this.source.readOnly ? `Read-only: ${state.problem}`
       : session.unsaved ? "Not saved" : "";
-    byId("history").hidden = this.source.readOnly;
+    const isResult = Boolean(session.disk.kind);
+    byId("history").hidden = this.source.readOnly || isResult;
+    byId("corrections-part").hidden = isResult;
     byId("undo").disabled = !session.canUndo;
     byId("redo").disabled = !session.canRedo;
     byId("save").disabled = !writable || !session.unsaved;
     byId("tools").hidden = !writable;
     byId("layers-part").open ||= this.source.readOnly;
+  }
+
+  // A prediction or an exploration has more than a floor; a step of it stays as long as its files are the same.
+  _showResults() {
+    const { disk } = this.session;
+    if (this.results?.version === disk.version) return;
+    this.results?.remove();
+    const kinds = { prediction: Predicted, exploration: Explored };
+    this.results = disk.kind in kinds ? new kinds[disk.kind](this, disk) : null;
+  }
+
+  // The floor of another step of the results; the view stays.
+  showStep(part) {
+    this.session.state = { ...this.session.disk, ...part };
+    this._show(false);
   }
 
   _showNames(state) {
@@ -210,7 +274,7 @@ export class FloorPage {
     const { session } = this;
     try {
       await session.follow();
-      if (this.lost) warn("");
+      if (this.lost) this.fail(null);
       this.lost = false;
     } catch (fault) {
       if (session === this.session && !this.lost) this.fail(fault);
@@ -228,7 +292,7 @@ export class FloorPage {
       { text: "Stay with the old floor", value: null },
     ]);
     if (answer) await this._try(() => session.reload(answer === "keep"));
-    else warn(fault?.message ?? "The files have changed on disk. Saving will ask again.");
+    else this.fail(fault ?? new Error("The files have changed on disk. Saving will ask again."));
   }
 
   _makeTools() {

@@ -1,6 +1,7 @@
 // The gallery of several maps.
 
 import { byId, element, formatArea } from "./elements.js";
+import { drawSmallPart } from "./collection.js";
 import { drawSmall } from "./patterns.js";
 import { Shapes } from "./shapes.js";
 
@@ -19,7 +20,7 @@ export function showGallery(maps, source) {
 }
 
 function makeCard(entry) {
-  const facts = [`${entry.rooms} rooms`, formatArea(entry.area), entry.type, correctionsOf(entry.corrections)];
+  const facts = entry.facts ?? [`${entry.rooms} rooms`, formatArea(entry.area), entry.type, correctionsOf(entry.corrections)];
   const card = element("a", { className: entry.error ? "card problem" : "card", href: `#map=${entry.map}` },
     element("div", { className: "picture" }), element("h2", {}, entry.name),
     element("p", {}, entry.error ?? facts.filter(Boolean).join(", ")));
@@ -35,7 +36,13 @@ function correctionsOf(count) {
 async function drawCard(card, source) {
   const picture = card.querySelector(".picture");
   try {
-    const { rooms } = new Shapes(await source.getMap(Number(card.dataset.map)));
+    const number = Number(card.dataset.map);
+    const state = await source.getMap(number);
+    if (state.items) {
+      await drawSmallPart(picture, source, number, 0);
+      return;
+    }
+    const { rooms } = new Shapes(state);
     if (rooms.length) picture.replaceChildren(drawSmall(rooms));
   } catch (fault) {
     picture.textContent = fault.message;

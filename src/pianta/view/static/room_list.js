@@ -1,6 +1,7 @@
 // The list of rooms: it sorts by a column and finds by id, name or label; arrow keys move in it.
 
 import { byId, element, formatArea } from "./elements.js";
+import { showFill } from "./patterns.js";
 
 const COLUMNS = {
   id: { text: "Id", value: (room) => room.id },
@@ -77,7 +78,7 @@ export class RoomList {
 
   _makeRow(room) {
     const colour = element("span", { className: "colour" });
-    colour.style.backgroundColor = room.colour;
+    showFill(colour, room);
     const row = element("tr", {},
       element("td", {}, colour, String(room.id)), element("td", { title: room.name ?? "" }, room.name ?? ""),
       element("td", { title: room.label ?? "" }, room.label ?? ""), element("td", {}, formatArea(room.area)));

@@ -1,18 +1,28 @@
 // Ids, names and labels of rooms on the map, where there is room for them.
 
-// Pixels of a line of text, and of a character; chosen by hand for the font of view.css.
+import { inRings } from "./shapes.js";
+
+// Pixels of a line of text and of the space at both sides of it, as in view.css.
 const LINE_PX = 15;
-const CHARACTER_PX = 6.6;
-const MARGIN_PX = 4;
+const MARGIN_PX = 6;
+
+function makeRuler() {
+  const ruler = document.createElement("canvas").getContext("2d");
+  ruler.font = `600 11px ${getComputedStyle(document.body).fontFamily}`;
+  return ruler;
+}
 
 export const RoomTexts = L.Layer.extend({
   initialize() {
     this._rooms = [];
     this._texts = new Map();
+    this._widths = new Map();
+    this._lines = new Map();
   },
 
   setRooms(rooms) {
     this._rooms = rooms;
+    this._lines.clear();
     for (const text of this._texts.values()) text.remove();
     this._texts.clear();
     if (this._map) this._place();
@@ -30,7 +40,8 @@ export const RoomTexts = L.Layer.extend({
   },
 
   getEvents() {
-    return { zoomend: this._place, moveend: this._place, viewreset: this._place };
+    // It follows each end of a zoom too.
+    return { moveend: this._place };
   },
 
   _place() {
@@ -44,14 +55,47 @@ export const RoomTexts = L.Layer.extend({
     }
   },
 
-  // The lines of a room's text that its box has room for: the id, then the name, then the label.
+  // The lines of a room's text: its id if the box of the room is large enough, and as much of its name and its label
+  // as stays inside the room.
   _fit(room) {
-    const scale = this._map.getZoomScale(this._map.getZoom(), 0);
-    const width = (room.box[2] - room.box[0]) * scale - MARGIN_PX;
-    const height = (room.box[3] - room.box[1]) * scale - MARGIN_PX;
-    const wanted = [String(room.id), room.name, room.label].filter(Boolean);
-    const fitting = wanted.filter((text) => text.length * CHARACTER_PX <= width);
-    return fitting.slice(0, Math.floor(height / LINE_PX));
+    const zoom = this._map.getZoom();
+    if (this._zoom !== zoom) this._lines.clear();
+    this._zoom = zoom;
+    if (!this._lines.has(room)) this._lines.set(room, this._findLines(room, this._map.getZoomScale(zoom, 0)));
+    return this._lines.get(room);
+  },
+
+  _findLines(room, scale) {
+    const [left, bottom, right, top] = room.box;
+    const id = String(room.id);
+    if ((right - left) * scale < this._widthOf(id) || (top - bottom) * scale < LINE_PX) return [];
+    const more = [room.name, room.label].filter(Boolean);
+    const sets = [[id, ...more], ...more.map((text) => [id, text]).reverse()];
+    return sets.find((lines) => this._isInside(room, lines, scale)) ?? [id];
+  },
+
+  // Whether the box of the lines is inside a room; looked up at points of its border, half a line from each other.
+  _isInside(room, lines, scale) {
+    const width = Math.max(...lines.map((text) => this._widthOf(text))) / 2;
+    const height = (lines.length * LINE_PX) / 2;
+    const [x, y] = room.centre;
+    const inside = (right, down) => inRings([x + right / scale, y - down / scale], room.rings);
+    for (let right = -width; right < width + LINE_PX; right += LINE_PX / 2) {
+      const at = Math.min(right, width);
+      if (!inside(at, -height) || !inside(at, height)) return false;
+    }
+    for (let down = -height; down < height; down += LINE_PX / 2) {
+      if (!inside(-width, down) || !inside(width, down)) return false;
+    }
+    return true;
+  },
+
+  _widthOf(text) {
+    if (!this._widths.has(text)) {
+      this._ruler ??= makeRuler();
+      this._widths.set(text, this._ruler.measureText(text).width + MARGIN_PX);
+    }
+    return this._widths.get(text);
   },
 
   _write(room, lines, point) {
@@ -62,7 +106,10 @@ export const RoomTexts = L.Layer.extend({
     }
     const content = lines.join("\n");
     if (text.textContent !== content) text.textContent = content;
-    L.DomUtil.setPosition(text, point.round());
+    const { x, y } = point.round();
+    // Not by a transform in three dimensions, which would make a layer of each text: hundreds of them stop the browser.
+    text.style.left = `${x}px`;
+    text.style.top = `${y}px`;
   },
 
   _remove(room) {

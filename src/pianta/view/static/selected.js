@@ -65,12 +65,15 @@ export function describeThing(thing, shapes) {
 function roomFacts(room, page) {
   const { shapes } = page;
   const links = (ids) => ids.map((id) => button(String(id), () => page.select(shapes.byId.get(id), true), { className: "link" }));
+  const stairs = (page.session?.state?.links ?? []).filter((each) => each.room === room.id);
   const doors = shapes.doorsOf(room).map((door) =>
     button(door.kind === "opening" ? "opening" : "door", () => page.select(door), { className: "link" }));
   return element("dl", {},
     ...fact("Area", formatArea(room.area)),
     ...fact("Doors", ...(doors.length ? doors : ["none"])),
     ...fact("Neighbours", ...(room.neighbours.length ? links(room.neighbours) : ["none"])),
+    ...stairs.flatMap((each) => fact(each.kind === "lift" ? "Lift" : "Stairs", element("a", { className: "link",
+      href: `#map=${each.map}&room=${each.to}` }, `${each.storey}, room ${each.to}`))),
     ...(room.probability === null ? [] : fact("One room", `${formatShare(room.probability)} probable`)),
     ...(room.partial ? fact("Partial", room.confidence == null ? "borders on unexplored space"
       : `predicted shape, expected IoU ${room.confidence.toFixed(2)}`) : []));

@@ -40,6 +40,10 @@ class Server {
     return request(`api/maps/${number}`);
   }
 
+  getPart(number, part) {
+    return request(`api/maps/${number}/parts/${part}`);
+  }
+
   async getVersion(number) {
     return (await request(`api/maps/${number}/version`)).version;
   }
@@ -66,6 +70,7 @@ class Report {
 
   async listMaps() {
     return this.states.map((state, map) => {
+      if (state.kind) return { map, name: state.name, kind: state.kind, facts: state.facts };
       const areas = state.floor.features.map((feature) => feature.properties.area ?? 0);
       const rooms = state.floor.features.filter((feature) => feature.properties.class === "room").length;
       const type = Object.entries(state.building_type).sort((a, b) => b[1] - a[1])[0]?.[0] ?? null;
@@ -76,6 +81,10 @@ class Report {
 
   async getMap(number) {
     return { ...this.states[number], writable: false };
+  }
+
+  async getPart(number, part) {
+    return this.states[number].parts[part];
   }
 }
 

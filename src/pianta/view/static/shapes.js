@@ -86,12 +86,12 @@ function boxOf(ring) {
   return [Math.min(...xs), Math.min(...ys), Math.max(...xs), Math.max(...ys)];
 }
 
-function inBox([x, y], [left, bottom, right, top], margin = 0) {
+export function inBox([x, y], [left, bottom, right, top], margin = 0) {
   return x >= left - margin && x <= right + margin && y >= bottom - margin && y <= top + margin;
 }
 
 // By the number of borders that a ray to the right crosses.
-function inRings([x, y], rings) {
+export function inRings([x, y], rings) {
   let inside = false;
   for (const ring of rings) {
     for (let index = 1; index < ring.length; index += 1) {

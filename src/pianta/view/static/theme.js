@@ -1,38 +1,37 @@
-// Dark or light: as the system has it, until somebody switches.
+// Dark or light: as the system has it, until somebody switches. The page has it as data-theme.
 
 import { byId } from "./elements.js";
 
 const KEY = "pianta theme";
+const system = matchMedia("(prefers-color-scheme: dark)");
+let chosen = null;
 
-function isDark() {
-  const chosen = document.documentElement.dataset.theme;
-  return chosen ? chosen === "dark" : matchMedia("(prefers-color-scheme: dark)").matches;
-}
-
-function nameButton() {
-  byId("theme").textContent = isDark() ? "Light" : "Dark";
+function show() {
+  const theme = chosen ?? (system.matches ? "dark" : "light");
+  document.documentElement.dataset.theme = theme;
+  byId("theme").textContent = theme === "dark" ? "Light" : "Dark";
+  // For what no style sheet colours.
+  document.dispatchEvent(new Event("themechange"));
 }
 
 export function switchTheme() {
-  const theme = isDark() ? "light" : "dark";
-  document.documentElement.dataset.theme = theme;
+  chosen = document.documentElement.dataset.theme === "dark" ? "light" : "dark";
   try {
-    localStorage.setItem(KEY, theme);
+    localStorage.setItem(KEY, chosen);
   } catch {
     // Without a store the choice holds until the page is left.
   }
-  nameButton();
+  show();
 }
 
 export function startTheme() {
-  let theme = null;
   try {
-    theme = localStorage.getItem(KEY);
+    const kept = localStorage.getItem(KEY);
+    if (kept === "dark" || kept === "light") chosen = kept;
   } catch {
     // As above.
   }
-  if (theme === "dark" || theme === "light") document.documentElement.dataset.theme = theme;
   byId("theme").onclick = switchTheme;
-  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", nameButton);
-  nameButton();
+  system.addEventListener("change", show);
+  show();
 }

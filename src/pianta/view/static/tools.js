@@ -7,6 +7,8 @@ import { distanceTo } from "./shapes.js";
 const SNAP_PX = 12;
 const HIT_PX = 10;
 const CLOSE_PX = 8;
+// How far from a point of a line a finger may be that moves it.
+const GRIP_PX = 22;
 // Pixels by which an arrow key moves the cross-hair, and with Shift.
 const STEP_PX = 12;
 const FINE_STEP_PX = 1;
@@ -85,18 +87,19 @@ async function askLength(start, end) {
 }
 
 export class Tools {
-  // page: {shapes, submit(edit), select(thing), fail(error), hover(thing, point), writable}
+  // page: {shapes, submit(edit), select(thing), fail(error, point), hover(thing, point), writable, keepDraft(draft),
+  // showDraft(draft), toolChanged(name), showPicked(things)}
   constructor(floorMap, page) {
     this.floorMap = floorMap;
     this.map = floorMap.map;
     this.page = page;
-    this.picked = [];
-    this.points = [];
-    this.name = "select";
+    this._start("select");
     this.map.on("click", (event) => this.pick(toPoint(event.latlng), event.originalEvent));
     this.map.on("mousemove", (event) => this.point(toPoint(event.latlng), event.originalEvent));
     this.map.on("mouseout", () => this.page.hover(null));
-    this.map.getContainer().addEventListener("keydown", (event) => this._onKey(event));
+    const container = this.map.getContainer();
+    container.addEventListener("keydown", (event) => this._onKey(event));
+    container.addEventListener("pointerdown", (event) => this._grip(event), true);
   }
 
   static get all() {
@@ -108,9 +111,7 @@ export class Tools {
   }
 
   choose(name, picked = []) {
-    this.name = name;
-    this.picked = picked;
-    this.points = [];
+    this._start(name, picked);
     if (name === "select") this._hideCross();
     this._update();
     this.page.toolChanged(name);
@@ -124,73 +125,206 @@ export class Tools {
   }
 
   point(point, event) {
+    if (this.gripped) return;
     this._hideCross();
-    if (this._wanted() === "point" || this._wanted().includes("outline")) {
-      this._sketch(this._snap(point, event));
-    }
+    this._aim(point, event);
     this.page.hover(this._thingAt(point), this.map.latLngToContainerPoint([point[1], point[0]]));
   }
 
   async pick(point, event) {
-    const wanted = this._wanted();
     if (this.name === "select") {
       this.page.select(this._thingAt(point));
-      return;
-    }
-    if (wanted === "room or outline" && !this.points.length && this.page.shapes.roomAt(point)) {
-      await this._take(this.page.shapes.roomAt(point));
-    } else if (wanted.includes("outline")) {
-      await this._addCorner(this._snap(point, event));
-    } else if (wanted === "point") {
-      await this._take(this._snap(point, event));
+    } else if (this.held !== null) {
+      await this._put(this._snap(point, event));
+    } else if (this.reason !== null && this._pointAt(point, GRIP_PX) !== null) {
+      this.held = this._pointAt(point, GRIP_PX);
+      this._update();
     } else {
-      const thing = wanted === "door" ? this._doorAt(point) : this.page.shapes.roomAt(point);
-      if (thing) await this._take(thing);
-      else this.page.fail(new Error(`There is no ${wanted} here, pick a ${wanted}.`));
+      // A click elsewhere starts another line.
+      if (this.reason !== null) this.choose(this.name);
+      await this._pickNext(point, event);
     }
   }
 
+  // The last point or room that was picked, taken back.
+  takeBack() {
+    if (this.points.length) this.points.pop();
+    else this.picked.pop();
+    this._change();
+  }
+
+  // An outline with three corners or more, or a line that was refused.
+  get canFinish() {
+    return this.reason !== null || (this._outlined && this.points.length > 2);
+  }
+
+  async finish() {
+    if (this.canFinish) await this._send();
+  }
+
+  // What was being drawn before the page was loaded. draft: as given to keepDraft.
+  resume({ name, picked, points, reason }) {
+    const { shapes } = this.page;
+    const found = picked.map(({ room, door }) =>
+      (room === undefined ? shapes.doorAt(door, HIT_PX * this.floorMap.metresPerPixel) : shapes.byId.get(room)));
+    if (!(name in TOOLS) || found.some((thing) => !thing)) return;
+    this._start(name, found, points, reason);
+    this._update();
+    this.page.toolChanged(name);
+    if (reason) this._showReason();
+  }
+
+  _start(name, picked = [], points = [], reason = null) {
+    this.name = name;
+    this.picked = picked;
+    this.points = points;
+    // Why what is drawn was refused; its points can be moved until it fits.
+    this.reason = reason;
+    // The number of a point that was picked up.
+    this.held = null;
+  }
+
+  get _outlined() {
+    return TOOLS[this.name].take.at(-1)?.includes("outline") ?? false;
+  }
+
   _wanted() {
-    return TOOLS[this.name].take[this.picked.length] ?? "";
+    const { take } = TOOLS[this.name];
+    return take[this.picked.length + (this._outlined ? 0 : this.points.length)] ?? "";
+  }
+
+  get _draws() {
+    return this.held !== null || (this.reason === null && /point|outline/.test(this._wanted()));
+  }
+
+  async _pickNext(point, event) {
+    const wanted = this._wanted();
+    const room = this.page.shapes.roomAt(point);
+    if (wanted === "point") {
+      this.points.push(this._snap(point, event));
+    } else if (wanted.includes("outline") && (this.points.length || wanted === "outline" || !room)) {
+      await this._addCorner(this._snap(point, event));
+      return;
+    } else {
+      const thing = wanted === "door" ? this._doorAt(point) : room;
+      if (!thing) {
+        this.page.fail(new Error(`There is no ${wanted} here, pick a ${wanted}.`));
+        return;
+      }
+      this.picked.push(thing);
+    }
+    if (this._wanted()) this._update();
+    else await this._send();
   }
 
   async _addCorner(corner) {
     const near = (other) => other && distanceTo(corner, other) < CLOSE_PX * this.floorMap.metresPerPixel;
     if (this.points.length > 2 && (near(this.points[0]) || near(this.points.at(-1)))) {
-      await this._take([...this.points]);
+      await this._send();
       return;
     }
     if (!near(this.points.at(-1))) this.points.push(corner);
     this._update();
   }
 
-  async _take(what) {
-    this.picked.push(what);
-    this.points = this.picked.filter(Array.isArray).filter((each) => typeof each[0] === "number");
-    const { take, edit } = TOOLS[this.name];
-    if (this.picked.length < take.length) {
-      this._update();
-      return;
-    }
-    const picked = this.picked;
-    this.choose(this.name);
+  async _send() {
+    const { name, picked, points } = this;
+    const drawn = points.length ? (this._outlined ? [points] : points) : [];
+    // The next line can be started while the answer is on its way.
+    this.choose(name);
     try {
-      const made = await edit(...picked, this.page.shapes);
-      if (made) await this.page.submit(made);
+      const edit = await TOOLS[name].edit(...picked, ...drawn, this.page.shapes);
+      if (edit) await this.page.submit(edit);
     } catch (error) {
-      this.page.fail(error);
+      if (!points.length || this.busy || this.name !== name) {
+        this.page.fail(error);
+        return;
+      }
+      this._start(name, picked, points, error.message);
+      this._update();
+      this._showReason();
     }
+  }
+
+  // The reason stands beside the last point.
+  _showReason() {
+    this.page.fail(new Error(this.reason), this.points.at(-1));
+  }
+
+  // Points were taken back or moved: what was refused is no longer there.
+  _change() {
+    if (this.reason !== null) this.page.fail(null);
+    this.reason = this.held = null;
+    this._update();
+  }
+
+  async _put(point) {
+    const again = this.reason !== null;
+    this.points[this.held] = point;
+    this._change();
+    if (again) await this._send();
   }
 
   _update() {
     const { hints } = TOOLS[this.name];
-    say(this.page.writable ? hints[Math.min(this.picked.length, hints.length - 1)] : "");
-    this.page.showPicked(this.picked.filter((each) => !Array.isArray(each)));
-    this._sketch(this.cross ?? null);
+    const step = Math.min(this.picked.length + (this._outlined ? 0 : this.points.length), hints.length - 1);
+    const hint = this.held !== null ? "Set the point at its new place."
+      : this.reason !== null ? "Move a point: drag it, or pick it and set it again. Or draw another line." : hints[step];
+    say(this.page.writable ? hint : "");
+    this.page.showPicked(this.picked);
+    this.page.showDraft(this);
+    this.page.keepDraft(this.busy ? { name: this.name, picked: this.picked.map(refer), points: this.points,
+      reason: this.reason } : null);
+    this._sketch(this._draws ? this.cross ?? null : null);
+  }
+
+  // The point to be set next goes with the pointer or the cross-hair.
+  _aim(point, event) {
+    this._sketch(this._draws ? this._snap(point, event) : null);
   }
 
   _sketch(next) {
-    this.floorMap.sketch(this.points, this.name === "select" ? null : next, this._wanted().includes("outline"));
+    const shown = this.name === "select" ? null : next;
+    const moved = this.held !== null && shown;
+    const points = moved ? this.points.with(this.held, shown) : this.points;
+    this.floorMap.sketch(points, moved ? null : shown, this._outlined);
+  }
+
+  // A point of the line goes with the finger or the mouse that is put on it.
+  _grip(event) {
+    const from = this.map.mouseEventToContainerPoint(event);
+    const index = event.isPrimary && event.button === 0
+      ? this._pointAt(toPoint(this.map.containerPointToLatLng(from)), GRIP_PX) : null;
+    if (index === null || this.held !== null) return;
+    this.map.dragging.disable();
+    const at = (each) => this._snap(toPoint(this.map.mouseEventToLatLng(each)), each);
+    const far = (each) => this.map.mouseEventToContainerPoint(each).distanceTo(from) > CLOSE_PX;
+    const move = (each) => {
+      if (!this.gripped && !far(each)) return;
+      this.gripped = true;
+      this.held = index;
+      this._sketch(at(each));
+    };
+    const drop = (each) => {
+      for (const [name, listener] of Object.entries(listeners)) window.removeEventListener(name, listener);
+      this.map.dragging.enable();
+      if (!this.gripped) return;
+      // The click that ends a drag is none.
+      window.addEventListener("click", stop, { capture: true, once: true });
+      setTimeout(() => window.removeEventListener("click", stop, { capture: true }));
+      this.gripped = false;
+      if (each.type === "pointerup") this._put(at(each));
+      else this._change();
+    };
+    const listeners = { pointermove: move, pointerup: drop, pointercancel: drop };
+    for (const [name, listener] of Object.entries(listeners)) window.addEventListener(name, listener);
+  }
+
+  // The number of the point of the line within some pixels; null if none is.
+  _pointAt(point, pixels) {
+    const gaps = this.points.map((each) => distanceTo(each, point));
+    const index = gaps.indexOf(Math.min(...gaps));
+    return gaps[index] <= pixels * this.floorMap.metresPerPixel ? index : null;
   }
 
   _thingAt(point) {
@@ -216,10 +350,8 @@ export class Tools {
       const point = this.cross ?? toPoint(this.map.getCenter());
       this.pick(point, event);
       if (this.name !== "select") this._showCross(point);
-    } else if (event.key === "Backspace" && this.points.length) {
-      this.points.pop();
-      if (TOOLS[this.name].take[0] !== "outline" && !this._wanted().includes("outline")) this.picked.pop();
-      this._update();
+    } else if (event.key === "Backspace" && this.busy) {
+      this.takeBack();
     } else {
       return;
     }
@@ -242,8 +374,7 @@ export class Tools {
       this.crossMark = L.marker(latLng, { icon, interactive: false, keyboard: false }).addTo(this.map);
     }
     this.crossMark.setLatLng(latLng);
-    const drawing = this._wanted() === "point" || this._wanted().includes("outline");
-    this._sketch(drawing ? this._snap(point) : null);
+    this._aim(point);
     this.page.hover(this._thingAt(point), this.map.latLngToContainerPoint(latLng));
   }
 
@@ -251,6 +382,14 @@ export class Tools {
     this.crossMark?.remove();
     this.crossMark = this.cross = undefined;
   }
+}
+
+function refer(thing) {
+  return thing.rings ? { room: thing.id } : { door: thing.position };
+}
+
+function stop(event) {
+  event.stopPropagation();
 }
 
 function toPoint({ lat, lng }) {
