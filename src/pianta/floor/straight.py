@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
-from typing import NamedTuple
+from itertools import product
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 import shapely
@@ -12,15 +13,18 @@ from shapely import LineString, Polygon, STRtree
 
 from pianta._types import Floats
 from pianta.floor._floor import Floor
-from pianta.floor._parts import Door, Room
+from pianta.floor._parts import Door
 
 # Chosen by hand, metres unless said otherwise:
-TOLERANCE = 0.12  # of the outline that is divided into walls; more than the edge of a cell, less than a wall's thickness
-MIN_STEP = 0.3  # shorter walls are steps of cells, doorways and jambs
+TOLERANCE = 0.12  # of the outline that is divided into walls; between a cell and a wall
+MIN_WALL = 0.3  # shorter walls do not count for the directions
+# Shorter sides are steps of cells, doorways and jambs; the smaller ones where an outline would change too much.
+MIN_SIDES = (0.3, 0.2, 0.1)
 WALL_REACH = 0.1  # from a side of a room to the line of a wall on which it is put
 MAX_AREA_CHANGE = 0.02  # share of the area of a room
 MAX_SKEW = 0.15  # share of the length of an outline that runs more than SKEW across both directions
 SKEW = np.radians(15)
+MIN_SHARE = 0.15  # of the length of all walls, in a direction such as that of a wing
 MIN_IOU = 0.9  # of the straight outline with the given one
 MAX_DOOR_SHIFT = 0.25  # by which a door may be further away from a room than it was
 MIN_OVERLAP = 1e-6  # square metres, rounding
@@ -42,15 +46,17 @@ def straighten_floor(floor: Floor) -> Straightened:
     """
     # The directions of the building, by the length of its walls
     directions = find_directions(room.polygon for room in floor)
-    lines = [line for line in floor.walls if line.length > MIN_STEP]
+    lines = [line for line in floor.walls if line.length > MIN_WALL]
     outlines = {room.id: room.polygon for room in floor}
     straight: dict[int, Polygon] = {}
     for room in floor:
-        # The outline as sides along two directions, on lines of walls where these are near, else with the same area
-        candidates = (_straighten(room.polygon, angle, near) for angle in directions for near in (lines, []))
-        fitting = [each for each in candidates if each is not None and _is_same(room.polygon, each)]
-        if fitting:
-            straight[room.id] = max(fitting, key=lambda each: _iou(room.polygon, each))
+        # Sides along two directions, on the lines of walls near them, or else where they keep the area
+        for min_side, near in product(MIN_SIDES, (lines, [])):
+            candidates = (_straighten(room.polygon, angle, near, min_side) for angle in directions)
+            fitting = [each for each in candidates if each is not None and _is_same(room.polygon, each)]
+            if fitting:
+                straight[room.id] = max(fitting, key=lambda each: _iou(room.polygon, each))
+                break
     # Rooms do not overlap, and doors stay in walls; a room that cannot keep to this is as it was
     _drop_overlaps(outlines, straight)
     _drop_without_doors(floor, outlines, straight)
@@ -61,14 +67,14 @@ def straighten_floor(floor: Floor) -> Straightened:
 
 
 def find_directions(outlines: Iterable[Polygon]) -> list[float]:
-    """The directions of walls, radians below a quarter turn, the most frequent first; those of wings have 15 % at least.
+    """The directions of walls, radians below a quarter turn, the most frequent first.
 
-    Walls of one direction and across it count together, by their length.
+    Walls along a direction and across it count together; each direction has MIN_SHARE of the length of all walls.
     """
     edges = [np.diff(shapely.get_coordinates(outline.simplify(TOLERANCE).exterior), axis=0) for outline in outlines]
     steps = np.concatenate([np.zeros((0, 2)), *edges])
     lengths, angles = np.hypot(*steps.T), np.arctan2(steps[:, 1], steps[:, 0]) % (np.pi / 2)
-    weights = np.where(lengths > MIN_STEP, lengths, 0)
+    weights = np.where(lengths > MIN_WALL, lengths, 0)
     if not weights.sum():
         return []
     counts = np.bincount((np.degrees(angles).round().astype(int)) % DIRECTION_BINS, weights, DIRECTION_BINS)
@@ -78,8 +84,10 @@ def find_directions(outlines: Iterable[Polygon]) -> list[float]:
         centre = np.radians(float(peak))
         near = np.abs(_fold(angles - centre)) < np.radians(3)
         far = all(abs(_fold(centre - other)) > np.radians(5) for other in directions)
-        if far and weights[near].sum() >= 0.15 * weights.sum():
-            directions.append(float(centre + np.average(_fold(angles[near] - centre), weights=weights[near] ** 2 + 1e-12)))
+        if far and weights[near].sum() >= MIN_SHARE * weights.sum():
+            directions.append(
+                float(centre + np.average(_fold(angles[near] - centre), weights=weights[near] ** 2 + 1e-12))
+            )
     return directions
 
 
@@ -88,11 +96,14 @@ def _fold(angles: Floats) -> Floats:
     return (angles + np.pi / 4) % (np.pi / 2) - np.pi / 4
 
 
-def _straighten(outline: Polygon, angle: float, lines: Sequence[LineString]) -> Polygon | None:
-    """The outline with sides along an angle and across it; None if it has other walls, or is not valid then."""
+def _straighten(outline: Polygon, angle: float, lines: Sequence[LineString], min_side: float) -> Polygon | None:
+    """The outline with sides along an angle and across it, of min_side or longer; None if it has other walls."""
     turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
     levels = _list_levels(outline, lines, turn)
-    rings = [_straighten_ring(shapely.get_coordinates(ring)[:-1] @ turn, levels) for ring in (outline.exterior, *outline.interiors)]
+    rings = [
+        _straighten_ring(shapely.get_coordinates(ring)[:-1] @ turn, levels, min_side)
+        for ring in (outline.exterior, *outline.interiors)
+    ]
     if rings[0] is None:
         return None
     holes = [ring @ turn.T for ring in rings[1:] if ring is not None]
@@ -113,18 +124,18 @@ def _list_levels(outline: Polygon, lines: Sequence[LineString], turn: Floats) ->
     return np.array(levels[0]), np.array(levels[1])
 
 
-def _straighten_ring(points: Floats, levels: tuple[Floats, Floats]) -> Floats | None:
+def _straighten_ring(points: Floats, levels: tuple[Floats, Floats], min_side: float) -> Floats | None:
     """Corners of a ring with sides along x and y; None if walls run across, or fewer than four sides remain."""
-    corners = shapely.get_coordinates(shapely.LinearRing(points).simplify(TOLERANCE))[:-1]
+    corners = shapely.get_coordinates(shapely.LinearRing(points).simplify(min(TOLERANCE, min_side / 2)))[:-1]
     steps = np.roll(corners, -1, axis=0) - corners
     lengths = np.hypot(*steps.T)
     # Walls across both directions
     skewed = np.abs(_fold(np.arctan2(steps[:, 1], steps[:, 0]))) > SKEW
-    if lengths[skewed & (lengths > MIN_STEP)].sum() > MAX_SKEW * lengths.sum():
+    if lengths[skewed & (lengths > MIN_WALL)].sum() > MAX_SKEW * lengths.sum():
         return None
     # Each side is along x (its y is constant) or along y; neighbours along one axis are one side
     axes = (np.abs(steps[:, 0]) > np.abs(steps[:, 1])).astype(int)
-    sides = _merge_sides([(int(axis), step, corner) for axis, step, corner in zip(axes, steps, corners, strict=True)])
+    sides = _merge_sides([(int(axis), [piece]) for axis, *piece in zip(axes, steps, corners, strict=True)], min_side)
     if len(sides) < 4:
         return None
     # The constant coordinate of a side: that of a wall line, or the mean along it, which keeps the area
@@ -132,34 +143,31 @@ def _straighten_ring(points: Floats, levels: tuple[Floats, Floats]) -> Floats | 
     return _join_sides([axis for axis, _ in sides], values)
 
 
-Side = tuple[int, list[tuple[Floats, Floats]]]
+# The axis along whose coordinate it is constant, and its steps and their starts.
+Side: TypeAlias = tuple[int, list[Sequence[Floats]]]
 
 
-def _merge_sides(steps: Sequence[tuple[int, Floats, Floats]]) -> list[Side]:
-    """Sides with their steps and starts; those shorter than MIN_STEP become part of their longer neighbour, pairwise."""
-    sides: list[Side] = []
-    for axis, step, corner in steps:
-        if sides and sides[-1][0] == axis:
-            sides[-1][1].append((step, corner))
-        else:
-            sides.append((axis, [(step, corner)]))
+def _merge_sides(sides: list[Side], min_side: float) -> list[Side]:
+    """Join neighbours along one axis; then, from the shortest on, leave out sides below min_side and join those beside.
+
+    Sides that are left out are steps: what is before and after them is one wall.
+    """
     while len(sides) > 4:
-        if sides[0][0] == sides[-1][0]:
-            sides[0] = (sides[0][0], sides.pop()[1] + sides[0][1])
+        same = [index for index in range(len(sides)) if sides[index][0] == sides[index - 1][0]]
+        if same:
+            sides = [*sides[same[0] :], *sides[: same[0]]]
+            sides = [(sides[0][0], sides[-1][1] + sides[0][1]), *sides[1:-1]]
             continue
-        sizes = [abs(sum(float(step[1 - axis]) for step, _ in pieces)) for axis, pieces in sides]
-        shortest = int(np.argmin(sizes))
-        if sizes[shortest] >= MIN_STEP:
+        lengths = [abs(sum(float(step[1 - axis]) for step, _ in pieces)) for axis, pieces in sides]
+        shortest = int(np.argmin(lengths))
+        if lengths[shortest] >= min_side:
             break
-        before, after = sides[shortest - 1], sides[(shortest + 1) % len(sides)]
-        joined = (before[0], before[1] + after[1])
-        rest = [side for index, side in enumerate(sides) if index not in {shortest, (shortest - 1) % len(sides), (shortest + 1) % len(sides)}]
-        position = sum(index < shortest - 1 for index in range(len(sides)) if index not in {(shortest + 1) % len(sides)}) if shortest else 0
-        sides = rest[:position] + [joined] + rest[position:]
+        after, *others, before = [*sides[shortest + 1 :], *sides[:shortest]]
+        sides = [(before[0], before[1] + after[1]), *others]
     return sides
 
 
-def _find_level(axis: int, pieces: Sequence[tuple[Floats, Floats]], levels: Floats) -> float:
+def _find_level(axis: int, pieces: Sequence[Sequence[Floats]], levels: Floats) -> float:
     """The constant coordinate of a side along x or y: axis 1 has a constant y."""
     weights = np.array([abs(step[1 - axis]) for step, _ in pieces]) + 1e-9
     values = np.array([corner[axis] + step[axis] / 2 for step, corner in pieces])
@@ -191,23 +199,30 @@ def _iou(one: Polygon, other: Polygon) -> float:
 def _drop_overlaps(outlines: dict[int, Polygon], straight: dict[int, Polygon]) -> None:
     """Cut the larger of two rooms that overlap, or else take the outlines back until no straight one overlaps."""
     ids = [*outlines]
-    while True:
+    while straight:
         current = [straight.get(each, outlines[each]) for each in ids]
         before = STRtree(current).query(current, "intersects").T
         pairs = [(ids[a], ids[b]) for a, b in before if a < b and (ids[a] in straight or ids[b] in straight)]
         pairs = [pair for pair in pairs if _overlaps(pair, outlines, straight)]
         if not pairs:
             return
-        for one, other in pairs:
-            larger, smaller = sorted((one, other), key=lambda each: -outlines[each].area)
-            if not _overlaps((one, other), outlines, straight):
-                continue
-            cut = straight[larger].difference(straight.get(smaller, outlines[smaller])) if larger in straight else None
-            if smaller in straight and isinstance(cut, Polygon) and _is_same(outlines[larger], cut):
-                straight[larger] = cut
-            else:
-                straight.pop(larger, None)
-                straight.pop(smaller, None)
+        for pair in pairs:
+            if _overlaps(pair, outlines, straight):
+                _separate(pair, outlines, straight)
+
+
+def _separate(pair: tuple[int, int], outlines: dict[int, Polygon], straight: dict[int, Polygon]) -> None:
+    """Cut the larger of two rooms, or else the smaller one, or else take an outline back."""
+    larger, smaller = sorted(pair, key=lambda each: -outlines[each].area)
+    for room, other in ((larger, smaller), (smaller, larger)):
+        if room in straight:
+            rest = straight[room].difference(straight.get(other, outlines[other]))
+            cut = max(shapely.get_parts(rest), key=shapely.area, default=None)
+            # A straight room keeps its right angles only beside another straight one
+            if other in straight and isinstance(cut, Polygon) and _is_same(outlines[room], cut):
+                straight[room] = cut
+                return
+    del straight[larger if larger in straight else smaller]
 
 
 def _overlaps(pair: tuple[int, int], outlines: dict[int, Polygon], straight: dict[int, Polygon]) -> bool:
@@ -265,6 +280,3 @@ def measure_right_angles(outlines: Iterable[Polygon]) -> Floats:
         right = (turns < np.radians(1)) & ~straight_on
         shares.append(float(right[~straight_on].mean()) if (~straight_on).any() else 0.0)
     return np.array(shares)
-
-
-__all__ = ["Room", "Straightened", "find_directions", "measure_right_angles", "straighten_floor"]

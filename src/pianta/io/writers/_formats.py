@@ -45,8 +45,9 @@ Writer: TypeAlias = Callable[[Building, Path, WriteOptions], list[str]]
 
 @dataclass(frozen=True)
 class Format:
-    """A format. module: in this folder. file: the usual name, that of a folder if it has no suffix.
+    """A format. module: in this folder, or its full name. file: the usual name, that of a folder if it has no suffix.
 
+    needs_map, needs_georeference: whether it cannot be written without.
     extra, packages: which extra of pianta installs the packages that the writer needs.
     """
 
@@ -56,6 +57,7 @@ class Format:
     title: str
     options: frozenset[str] = frozenset()
     needs_map: bool = False
+    needs_georeference: bool = False
     extra: str = ""
     packages: tuple[str, ...] = ()
 
@@ -71,12 +73,14 @@ class Format:
             raise OptionError(
                 f"{' and '.join(missing)} is not installed, install it with: pip install 'pianta[{self.extra}]'"
             )
-        writer: Writer = getattr(import_module(f"pianta.io.writers.{self.module}"), self.function)
+        module = self.module if "." in self.module else f"pianta.io.writers.{self.module}"
+        writer: Writer = getattr(import_module(module), self.function)
         return writer
 
 
 # Of the formats that have outlines.
-STRAIGHT = frozenset({"straight"})
+_STRAIGHT = frozenset({"straight"})
+_GEOREFERENCE = frozenset({"georeference"})
 
 FORMATS: Mapping[str, Format] = MappingProxyType(
     {
@@ -96,9 +100,9 @@ FORMATS: Mapping[str, Format] = MappingProxyType(
             "drawing of rooms, walls and doors, DXF",
             extra="cad",
             packages=("ezdxf",),
-            options=STRAIGHT,
+            options=_STRAIGHT,
         ),
-        "svg": Format("svg", "write_svg", "floor.svg", "drawing of rooms, walls and doors, SVG", options=STRAIGHT),
+        "svg": Format("svg", "write_svg", "floor.svg", "drawing of rooms, walls and doors, SVG", options=_STRAIGHT),
         "ifc": Format(
             "ifc",
             "write_ifc",
@@ -106,14 +110,74 @@ FORMATS: Mapping[str, Format] = MappingProxyType(
             "building model, IFC4",
             extra="bim",
             packages=("ifcopenshell",),
-            options=STRAIGHT,
+            options=_STRAIGHT,
         ),
-        "gazebo": Format("gazebo", "write_gazebo", "gazebo", "world of Gazebo, SDF", options=STRAIGHT),
-        "stage": Format("stage", "write_stage", "stage", "world of Stage, with its image", options=STRAIGHT),
+        "gazebo": Format("gazebo", "write_gazebo", "gazebo", "world of Gazebo, SDF", options=_STRAIGHT),
+        "stage": Format("stage", "write_stage", "stage", "world of Stage, with its image", options=_STRAIGHT),
         "sweethome3d": Format(
-            "sweethome3d", "write_sweethome3d", "building.sh3d", "home of Sweet Home 3D", options=STRAIGHT
+            "sweethome3d", "write_sweethome3d", "building.sh3d", "home of Sweet Home 3D", options=_STRAIGHT
         ),
         "scene-graph": Format("scene_graph", "write_scene_graph", "scene_graph.json", "scene graph of Hydra, JSON"),
+        "geojson-layers": Format(
+            "layers", "write_geojson_layers", "layers", "a GeoJSON for rooms, doors and others each", _GEOREFERENCE
+        ),
+        "gpkg": Format(
+            "layers",
+            "write_geopackage",
+            "floor.gpkg",
+            "GeoPackage",
+            _GEOREFERENCE,
+            extra="geo",
+            packages=("geopandas", "pyogrio"),
+        ),
+        "geoparquet": Format(
+            "layers",
+            "write_geoparquet",
+            "geoparquet",
+            "a GeoParquet for rooms, doors and others each",
+            _GEOREFERENCE,
+            extra="geo",
+            packages=("geopandas", "pyarrow"),
+        ),
+        "indoorgml": Format("indoorgml", "write_indoorgml", "building.gml", "IndoorGML 1.1"),
+        "imdf": Format(
+            "imdf",
+            "write_imdf",
+            "imdf.zip",
+            "Indoor Mapping Data Format",
+            _GEOREFERENCE,
+            needs_georeference=True,
+            extra="geo",
+            packages=("pyproj",),
+        ),
+        "osm": Format(
+            "osm",
+            "write_osm",
+            "building.osm",
+            "OpenStreetMap with indoor tags",
+            _GEOREFERENCE,
+            needs_georeference=True,
+            extra="geo",
+            packages=("pyproj",),
+        ),
+        "osmag": Format(
+            "osmag",
+            "write_osmag",
+            "area-graph.osm",
+            "osmAG area graph",
+            _GEOREFERENCE,
+            needs_georeference=True,
+            extra="geo",
+            packages=("pyproj",),
+        ),
+        "label-image": Format(
+            "label_images",
+            "write_label_images",
+            "label-image",
+            "coloured label images and their colours",
+            needs_map=True,
+        ),
+        "picture": Format("pianta.plot.building_pictures", "write_pictures", "picture", "the picture as SVG, large"),
         "nav2-route": Format(
             "nav2_route",
             "write_route_graph",
