@@ -15,7 +15,7 @@ from pianta._types import Floats
 from pianta.floor._floor import Floor
 from pianta.floor._parts import Door
 
-# Chosen by hand, metres unless said otherwise:
+# Chosen by hand, metres unless stated:
 TOLERANCE = 0.12  # of the outline that is divided into walls; between a cell and a wall
 MIN_WALL = 0.3  # shorter walls do not count for the directions
 # Shorter sides are steps of cells, doorways and jambs; the smaller ones where an outline would change too much.
