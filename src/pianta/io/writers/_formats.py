@@ -118,6 +118,14 @@ FORMATS: Mapping[str, Format] = MappingProxyType(
             options=frozenset({"robot_radius"}),
             needs_map=True,
         ),
+        "cleaning": Format(
+            "cleaning",
+            "write_cleaning",
+            "cleaning.json",
+            "rooms in a tour, and paths that clean them",
+            options=frozenset({"robot_radius"}),
+            needs_map=True,
+        ),
         "valetudo": Format(
             "vacuum", "write_valetudo", "valetudo.json", "map of a vacuum, Valetudo", options=frozenset({"robot_map"})
         ),
