@@ -1,8 +1,10 @@
 """The files that the commands of the pages name, made small: maps, a plan, symbols, buildings and a model."""
 
 from dataclasses import replace
+from importlib.util import find_spec
 from pathlib import Path
 
+import numpy as np
 from PIL import Image
 
 import pianta
@@ -22,10 +24,39 @@ def make_page_samples(folder: Path) -> None:
         path.parent.mkdir(exist_ok=True)
         grid.save(path)
     Image.open(folder / "map.png").save(folder / "scan.png")
+    save_robot_files(folder)
     draw_page_plan(folder / "plan.png")
     (folder / "symbols").mkdir()
     Image.fromarray(draw_symbol("door", size_px=28)).save(folder / "symbols" / "door1.png")
     save_buildings(folder / "buildings")
+
+
+def save_robot_files(folder: Path) -> None:
+    """The map of a vacuum, the points of a floor, and a bag with a map that grows, if rosbags is installed."""
+    floor, grid = pianta.make_world("corridor")
+    pianta.convert(floor, folder / "vacuum.json", to="valetudo", grid=grid)
+    save_points(grid, folder / "floor.ply")
+    if find_spec("rosbags"):
+        from tests.bag_files import GRID_TYPE, ROS1, make_grid_of_map, write_bag
+
+        half = grid.cells.copy()
+        half[:, grid.shape[1] // 2 :] = -1
+        grids = (pianta.GridMap(half, grid.resolution, grid.origin), grid)
+        write_bag(folder / "run.bag", [("/map", GRID_TYPE, make_grid_of_map(ROS1, each)) for each in grids])
+
+
+def save_points(grid: pianta.GridMap, path: Path) -> None:
+    """Points of the floor, and walls of 2 m, in the middle of each cell."""
+    columns = [(grid.free, 0.0), *((grid.occupied, height) for height in np.arange(0.05, 2.0, 0.2))]
+    points = []
+    for mask, height in columns:
+        rows, cols = np.nonzero(mask)
+        x, y = grid.pixel_to_map(rows + 0.5, cols + 0.5)
+        points.append(np.column_stack([x, y, np.full(len(x), height)]))
+    table = np.concatenate(points).astype("<f4")
+    head = f"ply\nformat binary_little_endian 1.0\nelement vertex {len(table)}\n"
+    head += "".join(f"property float {name}\n" for name in "xyz") + "end_header\n"
+    path.write_bytes(head.encode() + table.tobytes())
 
 
 def draw_page_plan(path: Path) -> None:

@@ -13,6 +13,7 @@ pytest.importorskip("rosbags")
 
 from pianta.io.bags import UPDATE_TYPE, iterate_bag
 from tests.bag_files import GRID_TYPE, ROS1, ROS2, make_grid, make_grid_of_map, make_header, make_update, write_bag
+from tests.command_line import run_pianta
 
 # Two rows of three cells, the lower one first.
 CELLS = [[0, 100, -1], [50, 0, 0]]
@@ -228,3 +229,17 @@ class TestDamagedBags:
         monkeypatch.setattr("pianta.io.bags.find_spec", lambda _: None)
         with pytest.raises(OptionError, match=r"install it with: pip install 'pianta\[ros\]'"):
             pianta.read_map(path)
+
+
+def test_a_folder_without_metadata_names_the_bag_in_it(tmp_path):
+    path = write_grids(tmp_path, CELLS)
+    (path / "metadata.yaml").unlink()
+    with pytest.raises(MapError, match=r"is a folder, give '.*\.mcap'$"):
+        pianta.read(path)
+
+
+def test_the_command_names_its_flag(tmp_path):
+    messages = [(name, GRID_TYPE, make_grid(ROS2, CELLS)) for name in ("/a", "/b")]
+    result = run_pianta("read", write_bag(tmp_path / "run", messages), "-o", tmp_path / "out")
+    assert (result.code, result.out) == (2, "")
+    assert result.err.endswith("has 2 topics with maps, give --topic one of /a, /b\n")

@@ -1,6 +1,10 @@
 """`pianta correct`, and `pianta read --previous` of a folder with corrections, as a user runs them."""
 
 import json
+import os
+import signal
+import subprocess
+import sys
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -10,11 +14,15 @@ import numpy as np
 import pytest
 from PIL import Image
 
+import pianta
 from pianta.corrections.corrections_file import read_corrections
+from pianta.corrections.kinds import NameRoom
+from pianta.errors import OptionError
 from pianta.floor import Floor
 from pianta.gridmap import OCCUPIED, UNKNOWN, GridMap
 from pianta.io.floors import read_floor
 from pianta.io.maps import read_map
+from pianta.reading.saved_reading import SavedReading
 from pianta.worlds.floors import make_corridor_floor, make_hall_floor
 from pianta.worlds.scan import simulate_map
 from tests.command_line import list_files, run_pianta
@@ -232,6 +240,7 @@ class TestErrors:
             (["--area", "2", "nan"], "is no size, give a positive number"),
             (["--length", "0,0 4,0", "4 m"], "'4 m' is no number"),
             (["--type", "x" * 201], "building_type"),
+            (["--outside", "9" * 5000], "is no id, give that of a room"),
             (["--delete", "3", "--merge", "3", "4"], "--merge '3' '4': there is no room 3"),
             (["--label", "3", "", "--list"], "--label '3' '' changes nothing, leave it out"),
         ],
@@ -272,6 +281,54 @@ class TestErrors:
         (building / "grid.npz").unlink()
         refuse(building, ["--name", 2, "x"], "has no grid.npz, read the map again with this pianta")
         assert run_pianta("correct", building, "--list").code == 0
+
+
+class TestFoldersThatChange:
+    """Files that are of another building, that are no files, and folders that others write at the same time."""
+
+    def test_a_floor_of_another_building_is_not_taken_as_the_uncorrected_one(self, building):
+        correct(building, "--merge", 6, 7)
+        make_hall_floor(seed=4).save(building / "uncorrected.geojson")
+        refuse(building, ["--undo", 1], "floor.geojson is not uncorrected.geojson with the corrections of")
+
+    def test_a_map_of_another_building_is_refused(self, building, grid):
+        GridMap(grid.cells, grid.resolution, (1000.0, 0.0, 0.0)).save(building / "grid.npz")
+        refuse(building, ["--merge", 6, 7], "no room of floor.geojson is on the map grid.npz")
+
+    def test_a_link_that_leads_nowhere_is_refused(self, building):
+        correct(building, "--merge", 6, 7)
+        (building / "corrections.json").unlink()
+        (building / "corrections.json").symlink_to(building / "gone.json")
+        refuse(building, ["--name", 2, "x"], "corrections.json' does not exist")
+
+    @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="the system has no pipes")
+    def test_a_pipe_is_not_waited_for(self, building):
+        os.mkfifo(building / "paper.png")
+        refuse(building, ["--name", 2, "x"], "paper.png' is no regular file")
+
+    def test_two_at_the_same_time_are_both_made(self, building):
+        command = [sys.executable, "-m", "pianta", "correct", building, "--quiet"]
+        both = [subprocess.Popen([*command, "--name", str(room), name]) for room, name in ((2, "A"), (3, "B"))]
+        assert [each.wait(120) for each in both] == [0, 0]
+        floor = floor_of(building)
+        assert (floor[2].name, floor[3].name) == ("A", "B")
+
+    def test_ctrl_c_between_two_files_of_a_save_comes_after_the_last_one(self, building, monkeypatch):
+        replace_file = Path.replace
+
+        def interrupt(file: Path, target: Path) -> Path:
+            if target.parent == building:
+                signal.raise_signal(signal.SIGINT)
+            return replace_file(file, target)
+
+        monkeypatch.setattr(Path, "replace", interrupt)
+        reading = SavedReading.open(building)
+        with pytest.raises(KeyboardInterrupt):
+            reading.add(NameRoom((6.17, 5.38), "x")).save()
+        assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+        assert floor_of(building)[2].name == "x"
+        assert len(read_corrections(building / "corrections.json")) == 1
+        assert not [*building.glob(".pianta-*")]
 
 
 @pytest.mark.parametrize(
@@ -444,6 +501,15 @@ class TestWithoutPrevious:
                 "they are applied again, or give another output folder\n"
             )
             assert list_files(building) == before
+
+    def test_neither_are_those_that_are_made_while_the_map_is_read(self, folder, building):
+        correct(building, "--merge", 6, 7)
+        reading = pianta.read(folder / "map.yaml", previous=building, labels=False)
+        correct(building, "--name", 2, "Bar")
+        before = list_files(building)
+        with pytest.raises(OptionError, match="have changed since they were read, nothing was written"):
+            reading.save(building)
+        assert list_files(building) == before
 
     def test_neither_are_those_of_a_folder_of_several(self, folder):
         correct(folder / "building", "--merge", 6, 7)

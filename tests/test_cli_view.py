@@ -188,6 +188,13 @@ class TestReport:
         assert "sourceMappingURL" not in text
         assert "default-src 'none'" in text
 
+    def test_a_report_replaces_no_floor(self, building, tmp_path):
+        folder = shutil.copytree(building, tmp_path / "building")
+        files = list_files(folder)
+        code, _, err = run_pianta("view", folder, "--html", folder / "floor.geojson")
+        assert (code, err.count("\n"), "give a name that ends in .html" in err) == (2, 1, True)
+        assert list_files(folder) == files
+
     def test_a_report_has_the_corrections(self, building, tmp_path):
         folder = shutil.copytree(building, tmp_path / "building")
         assert run_pianta("correct", folder, "--merge", 1, 2).code == 0

@@ -77,6 +77,13 @@ class TestRooms:
         with pytest.raises(CorrectionError, match=r"rooms 1 and 5 are 16\.0 m apart"):
             far.merge(1, 5)
 
+    def test_rooms_with_another_one_between_them_are_not_merged(self):
+        shapes = (box(0, 0, 3, 3), box(3.8, 0, 6.8, 3), box(3.1, -1, 3.7, 4))
+        row = Floor(tuple(Room(number, shape) for number, shape in enumerate(shapes, start=1)))
+        with pytest.raises(CorrectionError, match="another room divides rooms 1 and 2, merge it with them"):
+            row.merge(1, 2)
+        assert row.merge(1, 2, 3)[1].polygon.area == pytest.approx(9 + 9 + 3 + 0.2 * 3)
+
     def test_the_largest_part_of_a_split_room_keeps_its_id_and_an_opening_joins_both(self):
         split = FLOOR.split(2, [(5.2, 2), (5.2, 5)])
         assert (split[2].polygon.area, split[8].polygon.area, split.last_id) == (pytest.approx(9), pytest.approx(3), 8)
@@ -154,6 +161,13 @@ class TestDoors:
         with pytest.raises(CorrectionError, match="no room is beside the door"):
             FLOOR.draw_door([(20, 3), (20, 4)])
 
+    @pytest.mark.filterwarnings("error")
+    def test_a_door_that_ends_where_it_starts_is_refused(self):
+        with pytest.raises(CorrectionError, match="ends where it starts, draw it from jamb to jamb"):
+            FLOOR.draw_door([(4.1, 3), (4.1, 4), (4.1, 3)])
+        with pytest.raises(CorrectionError, match="ends where it starts, draw it from jamb to jamb"):
+            FLOOR.move_door((1.5, 1.9), [(4.1, 3), (4.1, 4), (4.1, 3)])
+
     def test_a_possible_door_is_gone_where_a_door_is_drawn(self):
         shut = replace(FLOOR, doors=FLOOR.doors[1:], possible_doors=FLOOR.doors[:1])
         more = shut.draw_door([(1, 1.9), (2, 1.9)])
@@ -182,6 +196,11 @@ class TestScale:
     def test_a_size_is_positive(self, area):
         with pytest.raises(CorrectionError, match="is no size, give a positive number"):
             correct(FLOOR, ScaleToArea((2, 3), area))
+
+    @pytest.mark.parametrize("length", [1e-300, 1e-5, 1e5, 1e16])
+    def test_a_scale_that_cannot_be_is_refused(self, length):
+        with pytest.raises(CorrectionError, match=r"multiplies all lengths by .*, give one that changes them less"):
+            correct(FLOOR, ScaleToLength(((0, 2), (4, 2)), length))
 
 
 ALL: tuple[Correction, ...] = (
@@ -273,6 +292,56 @@ def test_any_merge_and_split_keeps_the_area_and_the_other_rooms(data, seed):
     parts = [each for each in split if each.id == room.id or each.id > floor.last_id]
     assert sum(part.polygon.area for part in parts) == pytest.approx(room.polygon.area)
     assert len({each.id for each in split}) == len(split)
+
+
+@given(data=st.data(), seed=st.integers(0, 5))
+def test_any_corrections_keep_the_rules_of_floors_and_are_taken_back(data, seed):
+    first = floor = make_floor("corridor", seed=seed)
+    inverses, gone, applied = [], set[int](), list[Correction]()
+    for _ in range(6):
+        correction = draw_correction(data, floor)
+        try:
+            corrected = correct(floor, correction)
+        except CorrectionError:
+            continue
+        inverses.append(invert(floor, correction))
+        applied.append(correction)
+        assert inverses[-1].apply(corrected) == floor
+        assert not gone & {*ids_of(corrected)}
+        gone |= {*ids_of(floor)} - {*ids_of(corrected)}
+        assert all(room_id in corrected for door in corrected.doors for room_id in door.room_ids)
+        assert all(len({*door.rooms}) == 2 for door in corrected.doors)
+        floor = corrected
+    shapes = [room.polygon for room in floor]
+    assert sum(shape.area for shape in shapes) == pytest.approx(shapely.union_all(shapes).area, abs=1e-4)
+    assert correct_all(first, applied)[0] == floor
+    for inverse in reversed(inverses):
+        floor = inverse.apply(floor)
+    assert floor == first
+
+
+def draw_correction(data: st.DataObject, floor: Floor) -> Correction:
+    """Any correction near a room, which may not fit."""
+    room = data.draw(st.sampled_from(floor.rooms)) if len(floor) else Room(1, box(0, 0, 4, 4))
+    x, y = position_of(Floor((room,), last_id=room.id), room.id)
+    dx, dy = (data.draw(st.floats(-5, 5)) for _ in "xy")
+    near, line = (x + dx, y + dy), ((x - dx, y - dy), (x + dx, y + dy))
+    outline = ((x, y), (x + dx, y), (x + dx, y + dy), (x, y + dy))
+    candidates: list[Correction] = [
+        MergeRooms(((x, y), near)),
+        SplitRoom(((x - 9 * dx, y - 9 * dy), (x + 9 * dx, y + 9 * dy)), ((x - dy, y + dx), (x + dy, y - dx))),
+        DrawRoom(outline),
+        DeleteRoom(near),
+        MarkOutside(outline),
+        DrawDoor(line),
+        MoveDoor(near, line),
+        DeleteDoor(near),
+        ChangeDoor(near, "opening"),
+        NameRoom(near, "x"),
+        LabelRoom(near, None),
+        SetType("school"),
+    ]
+    return data.draw(st.sampled_from(candidates))
 
 
 class TestFile:

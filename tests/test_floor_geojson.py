@@ -134,7 +134,7 @@ def test_round_trip_is_exact_and_stable(path, floor):
 def test_file_is_plain_geojson(valid):
     collection = json.loads(valid)
     assert collection["type"] == "FeatureCollection"
-    assert (collection["frame"], collection["units"], collection["version"]) == ("map", "metres", "2.4")
+    assert (collection["frame"], collection["units"], collection["version"]) == ("map", "metres", "2.5")
     features = collection["features"]
     inner = ["room-4", "room-2", "door-1", "door-2", "door-3", "wall-1", "wall-2"]
     loose = ["furniture-1", "furniture-2", "possible_door-1", "possible_door-2"]
@@ -153,10 +153,9 @@ def test_properties_are_named(valid):
     unlabelled: dict[str, object] = {"name": None, "label": None, "labels": {}, "label_probabilities": {}}
     assert properties[0]["labels"] == {"R/C": "ROOM", "school": "AULA È"}
     assert properties[0]["label_probabilities"] == {"R/C": {"ROOM": 1.0}, "school": {"AULA È": 0.7, "LAB": 0.3}}
-    predicted = dict.fromkeys(("predicted", "confidence"))
     unknown = {"probability": None}
-    assert properties[1] == {"class": "room", "room": 2, "partial": True} | unlabelled | predicted | unknown
-    assert properties[0].keys().isdisjoint(predicted)
+    size = {"area": 15.3}
+    assert properties[1] == {"class": "room", "room": 2, "partial": True} | unlabelled | unknown | size
     assert properties[3] == {"class": "door", "rooms": [2, 4], "width": 1.0, "kind": "opening"} | unknown
     assert properties[4] == {"class": "door", "rooms": [4, None], "width": 1.0, "kind": "door"} | unknown
     assert properties[5] == {"class": "wall"}
@@ -165,14 +164,45 @@ def test_properties_are_named(valid):
     assert json.loads(valid)["last_id"] == 9
 
 
-def test_a_predicted_room_survives_as_plain_geojson(path):
+def test_a_prediction_is_a_feature_of_its_own(path):
     predicted = box(0, 0, 4, 3)
     floor = Floor((Room(1, box(0, 0, 2, 3), partial=True, predicted=predicted, confidence=0.75),))
     save_floor(floor, path)
-    properties = json.loads(path.read_bytes())["features"][0]["properties"]
-    assert shape(properties["predicted"]).equals(predicted)
-    assert properties["confidence"] == 0.75
+    room, prediction = json.loads(path.read_bytes())["features"]
+    assert room["properties"].keys().isdisjoint({"predicted", "confidence"})
+    assert prediction["properties"] == {"class": "predicted_room", "room": 1, "confidence": 0.75}
+    assert shape(prediction["geometry"]).equals(predicted)
     assert read_floor(path) == floor
+
+
+def test_a_prediction_of_version_2_4_is_a_property_of_the_room(path):
+    larger = {"type": "Polygon", "coordinates": [[[0, 0], [4, 0], [4, 4], [0, 4], [0, 0]]]}
+    write(path, feature(ROOM | {"partial": True, "predicted": larger, "confidence": 0.5}, SQUARE), version="2.4")
+    (room,) = read_floor(path)
+    assert room.predicted is not None
+    assert (room.predicted.area, room.confidence) == (16, 0.5)
+
+
+@pytest.mark.parametrize(
+    ("rooms", "message"),
+    [([1, 1], "room 1 is predicted more than once"), ([7], r"rooms \[7\] that do not exist"), (["1"], "room")],
+)
+def test_stray_predictions_are_refused(path, rooms, message):
+    predictions = [feature({"class": "predicted_room", "room": room}, SQUARE) for room in rooms]
+    write(path, feature(ROOM | {"partial": True}, SQUARE), *predictions, version="2.5")
+    with pytest.raises(FloorError, match=message):
+        read_floor(path)
+
+
+def test_gdal_takes_the_file_for_metres(valid, path):
+    pyogrio = pytest.importorskip("pyogrio")
+    path.write_bytes(valid)
+    crs = pytest.importorskip("pyproj").CRS(pyogrio.read_info(path)["crs"])
+    assert (crs.is_geographic, crs.is_projected, [axis.unit_name for axis in crs.axis_info]) == (
+        False,
+        False,
+        ["metre", "metre"],
+    )
 
 
 def test_a_file_of_version_2_0_has_no_predictions(path):

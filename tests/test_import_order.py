@@ -15,6 +15,7 @@ LEVELS = (
     ("__init__", "__main__"),
     ("cli",),
     ("view",),
+    ("ros",),
     ("reading",),
     ("plot",),
     ("model_files",),

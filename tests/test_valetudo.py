@@ -3,6 +3,7 @@
 import json
 import struct
 import zlib
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,8 @@ from shapely import box
 
 import pianta
 from pianta.errors import BuildingError, BuildingWarning, MapError, OptionError
+from pianta.io.vacuum_segments import name_rooms
+from pianta.io.valetudo import read_vacuum_map
 from pianta.io.writers._formats import WriteOptions
 from pianta.plan.sheets.map_or_plan import detect_input_kind
 from tests.conftest import DATA
@@ -168,6 +171,21 @@ class TestRealMaps:
         own = json.loads(path.read_text())
         assert written["entities"] == own["entities"]
         assert written["size"] == own["size"]
+
+
+def test_rooms_get_the_names_of_segments(tmp_path):
+    floor, grid = pianta.make_world("corridor")
+    named = pianta.Floor(tuple(replace(room, name=f"Raum {room.id}") for room in floor))
+    for name in ("map.json", "map.png"):
+        pianta.convert(named, tmp_path / "map.json", to="valetudo", grid=grid)
+        if name == "map.png":
+            write_png(tmp_path / name, (tmp_path / "map.json").read_bytes())
+        reading = pianta.read(tmp_path / name, labels=False)
+        names = [room.name for room in reading.floor]
+        assert sorted(filter(None, names)) == sorted(room.name for room in named if room.name)
+    # A room with all segments gets no name
+    one_room = pianta.Floor((pianta.Room(1, box(0, -50, 50, 0)),))
+    assert name_rooms(one_room, read_vacuum_map(tmp_path / "map.json"))[1].name is None
 
 
 # The two segments of LAYERS as rooms, the first with another name, and one that the robot does not know.

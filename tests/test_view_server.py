@@ -446,6 +446,28 @@ class TestFaults:
         answer = reader.post("api/maps/0/save", body, **{"Content-Type": "text/plain"})
         assert answer.status == 400
 
+    def test_a_long_name_in_a_damaged_body_is_not_repeated(self, reader):
+        body = {"version": reader.version(), "corrections": [], "k" * 2**20: 1}
+        answer = reader.post("api/maps/0/apply", body)
+        assert (answer.status, len(answer.error) < 500) == (400, True)
+
+    def test_a_scale_that_cannot_be(self, reader):
+        for length in (1e-300, 1e15):
+            answer = reader.edit([], kind="length", line=[[0, 2], [1, 2]], length=length)
+            assert (answer.status, "multiplies all lengths" in answer.error) == (422, True)
+
+    @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="the system has no pipes")
+    @pytest.mark.parametrize("name", ["corrections.json", "grid.npz"])
+    @pytest.mark.parametrize("is_pipe", [True, False], ids=["pipe", "device"])
+    def test_a_file_that_does_not_end_is_refused(self, client, folder, name, is_pipe):
+        (folder / name).unlink(missing_ok=True)
+        if is_pipe:
+            os.mkfifo(folder / name)
+        else:
+            (folder / name).symlink_to("/dev/zero")
+        answer = client.get("api/maps/0")
+        assert (answer.status, name in answer.error, "regular file" in answer.error) == (422, True, True)
+
     def test_numbers_that_json_has_not(self, reader):
         answer = reader.post(
             "api/maps/0/edit",
@@ -505,7 +527,19 @@ class TestGuard:
         assert "rooms" not in answer.body.decode()
         assert "address" in answer.error
 
-    @pytest.mark.parametrize("host", ["evil.example", "evil.example:80", "127.0.0.1.evil.example", "", "10.0.0.1"])
+    @pytest.mark.parametrize(
+        "host",
+        [
+            "evil.example",
+            "evil.example:80",
+            "127.0.0.1.evil.example",
+            "",
+            "10.0.0.1",
+            "127.0.0.1:80@evil.example",
+            "127.0.0.1:evil",
+            "127.0.0.1:",
+        ],
+    )
     def test_a_name_of_another_host(self, reader, host):
         assert reader.get("api/maps", Host=host).status == 403
 
@@ -519,6 +553,14 @@ class TestGuard:
         assert client.post("api/maps/0/save", body, Origin=origin).status == 403
         assert client.get("api/maps", Origin=origin).status == 403
         assert list_files(folder) == files
+
+    def test_one_of_two_origins_is_another_page(self, reader):
+        for one, other in (("127.0.0.1:%d", "evil"), ("evil", "127.0.0.1:%d")):
+            lines = [f"GET /{TOKEN}/api/maps HTTP/1.1", "Host: 127.0.0.1:%d", f"Origin: http://{one}",
+                     f"Origin: http://{other}", "Connection: close", "", ""]  # fmt: skip
+            with socket.create_connection(("127.0.0.1", reader.port), timeout=20) as browser:
+                browser.sendall("\r\n".join(lines).replace("%d", str(reader.port)).encode())
+                assert browser.recv(100).startswith(b"HTTP/1.1 403 ")
 
     def test_the_page_itself(self, reader):
         assert reader.get("api/maps", Origin=f"http://127.0.0.1:{reader.port}").status == 200

@@ -30,7 +30,7 @@ def house(tmp_path) -> Path:
         write_folder(tmp_path / "house" / storey.name)
     link = Link("stairs", (("ground", 3), ("attic", 2)))
     save_building_file(Building(storeys, "house", (link,)), tmp_path / "house" / "building.json")
-    return tmp_path / "house"
+    return Path(tmp_path) / "house"
 
 
 def test_storeys_are_in_the_order_of_the_building(house):

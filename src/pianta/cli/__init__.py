@@ -22,6 +22,7 @@ VERBS = {
     "convert": "convert_floor",
     "score": "score_floors",
     "view": "view_floors",
+    "watch": "watch_map",
     "realism": "assess_floors",
     "patterns": "find_patterns",
     "generate": "generate",

@@ -9,12 +9,14 @@ import typer
 
 from pianta.cli.terminal import Quiet, print_result
 from pianta.io._folders import check_output_file, check_output_folder
+from pianta.io.georeference import read_georeference
 from pianta.io.writers._formats import FORMATS, WriteOptions
 from pianta.io.writers.convert import check_options, convert, find_format
 
 EXAMPLES = (
     "pianta convert building --to csv",
     "pianta convert building --to excel -o rooms.xlsx",
+    "pianta convert building --to gpkg --georeference anchor.yaml",
     "pianta convert building --to map-card --robot-map map.json",
 )
 
@@ -30,6 +32,10 @@ RobotMap = Annotated[
     Path | None, typer.Option(metavar="FILE", help="Valetudo's map JSON of the robot, whose ids rooms get.")
 ]
 Straight = Annotated[bool, typer.Option("--straight", help="Right angles where the building has them.")]
+GeoreferenceFile = Annotated[
+    Path | None,
+    typer.Option("--georeference", metavar="FILE", help="Control points or an anchor on the earth, YAML or JSON."),
+]
 
 
 def convert_floor(
@@ -41,6 +47,7 @@ def convert_floor(
     rooms: Rooms = None,
     speed: Speed = None,
     straight: Straight = False,
+    georeference: GeoreferenceFile = None,
     robot_map: RobotMap = None,
     quiet: Quiet = False,
 ) -> None:
@@ -50,8 +57,9 @@ def convert_floor(
     """
     chosen = find_format(to)
     values: dict[str, Any] = {"robot_radius": robot_radius, "speed": speed, "robot_map": robot_map}
-    given = {name: value for name, value in values.items() if value is not None}
-    options = WriteOptions(**given, rooms=tuple(rooms or ()), straight=straight)
+    numbers = {name: value for name, value in values.items() if value is not None}
+    reference = read_georeference(georeference) if georeference else None
+    options = WriteOptions(**numbers, rooms=tuple(rooms or ()), straight=straight, georeference=reference)
     check_options(to, options)
     path = target or (out if out.is_dir() else out.parent) / chosen.file
     if chosen.is_folder:
@@ -60,6 +68,8 @@ def convert_floor(
         check_output_file(path, "output")
     notes = convert(out, path, to=to, options=options)
     if not quiet:
+        if reference:
+            print_result(reference.describe())
         for note in notes:
             print_result(note)
         print_result(f"{chosen.title}, in {path}")

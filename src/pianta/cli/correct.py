@@ -30,6 +30,7 @@ from pianta.corrections.kinds import (
 from pianta.errors import CorrectionError, OptionError
 from pianta.floor import Floor
 from pianta.io._files import count_noun, short_repr
+from pianta.io._folders import only_writer
 from pianta.reading.saved_reading import SavedReading
 
 EXAMPLES = (
@@ -71,17 +72,19 @@ def correct_floor(
     """
     if str(out).startswith("--"):
         raise OptionError(f"the folder is {short_repr(out)}, give the folder first and then the corrections")
-    saved = SavedReading.open(out)
-    if undo > len(saved.corrections):
-        raise OptionError(f"--undo is {undo} and the floor has {count_noun(len(saved.corrections), 'correction')}")
-    edits = [*_split_edits(context.args)]
-    if not (undo or edits or list_them):
-        raise OptionError("no correction is given, such as --merge 4 5; --list prints those of the floor")
-    changed = saved.keep(saved.corrections[:-undo]) if undo else saved
-    for edit in edits:
-        changed = edit.apply(changed)
-    if changed is not saved:
-        changed.save()
+    # Another that is made at the same time waits, and then adds to these
+    with only_writer(out):
+        saved = SavedReading.open(out)
+        if undo > len(saved.corrections):
+            raise OptionError(f"--undo is {undo} and the floor has {count_noun(len(saved.corrections), 'correction')}")
+        edits = [*_split_edits(context.args)]
+        if not (undo or edits or list_them):
+            raise OptionError("no correction is given, such as --merge 4 5; --list prints those of the floor")
+        changed = saved.keep(saved.corrections[:-undo]) if undo else saved
+        for edit in edits:
+            changed = edit.apply(changed)
+        if changed is not saved:
+            changed.save()
     if quiet:
         return
     for number, outcome in enumerate(changed.outcomes if list_them else (), start=1):
@@ -177,7 +180,7 @@ def _read_point(text: str) -> XY:
 
 def _read_area(floor: Floor, text: str) -> Points:
     """The outline of a room with an id, or an outline as it is typed."""
-    return outline_of(floor, int(text)) if text.isdecimal() else _read_points(text, least=3)
+    return outline_of(floor, _read_id(text)) if text.isdecimal() else _read_points(text, least=3)
 
 
 def _read_room_area(floor: Floor, room: str, size: str) -> ScaleToArea:

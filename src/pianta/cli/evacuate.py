@@ -11,7 +11,8 @@ import typer
 from rich.table import Table
 
 from pianta import __version__
-from pianta.cli.terminal import Quiet, make_table, print_result, stdout
+from pianta.cli.json_output import Json, check_json, write_json
+from pianta.cli.terminal import Quiet, make_table, print_result, print_table
 from pianta.errors import OptionError, PiantaError
 from pianta.io._files import count_noun, short_repr
 from pianta.io._folders import atomic_folder, check_output_folder
@@ -64,6 +65,7 @@ def evacuate_floor(
     shut: Shut = None,
     people: People = None,
     density: Density = None,
+    json_file: Json = None,
     quiet: Quiet = False,
 ) -> None:
     """Evacuate a floor: ways to the exits, rooms with one way out, and times with queues.
@@ -78,6 +80,7 @@ def evacuate_floor(
     """
     from pianta.evacuation.evacuate import evacuate
 
+    quiet = check_json(json_file, quiet=quiet)
     if out is not None:
         check_output_folder(out)
     densities = _split_numbers(density or (), "--density", "CLASSROOM=0.5, or 0.1 for all other rooms")
@@ -97,6 +100,7 @@ def evacuate_floor(
         raise type(error)(f"floor {short_repr(floor)}: {error}") from error
     if out is not None:
         _save(evacuation, out)
+    write_json(evacuation.as_json(), json_file)
     if not quiet:
         _print_evacuation(evacuation)
         if out is not None:
@@ -170,9 +174,9 @@ def _print_evacuation(evacuation: Evacuation) -> None:
     print_result(f"longest way {longest.longest:.1f} m, from room {longest.room}")
     dead_ends = f"{len(evacuation.dead_ends)} of them dead ends (behind their own door there is still one way)"
     print_result(f"one way out: {len(evacuation.one_way)} of {rooms} rooms, {dead_ends}")
-    stdout.print(tabulate_ways(evacuation))
+    print_table(tabulate_ways(evacuation))
     print_result("shared doors: on every way out of the room; dead end: from the farthest point until ways divide")
-    stdout.print(tabulate_doors(evacuation.rank_doors()[:MAX_DOORS], evacuation.people))
+    print_table(tabulate_doors(evacuation.rank_doors()[:MAX_DOORS], evacuation.people))
 
 
 def _describe_exits(evacuation: Evacuation) -> str:

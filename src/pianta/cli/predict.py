@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.table import Table
 
-from pianta.cli.terminal import Quiet, make_table, print_result, stderr, stdout
+from pianta.cli.json_output import Json, check_json, write_json
+from pianta.cli.terminal import Quiet, make_table, print_result, print_table, stderr
 from pianta.errors import BuildingWarning, GraphError, LabelError, PiantaError
 from pianta.floor import Floor
 from pianta.io._files import count_noun, short_repr
@@ -64,6 +65,7 @@ def predict_floor(
     seed: Seed = 0,
     explored: Explored = None,
     as_printed: Printed = False,
+    json_file: Json = None,
     quiet: Quiet = False,
 ) -> None:
     """Predict what lies behind unopened doors and along open corridors of a floor.
@@ -82,7 +84,9 @@ def predict_floor(
     from pianta.generation.type_model_file import read_type_model
     from pianta.io.graphs import read_floor_graph
     from pianta.prediction.prediction import predict
+    from pianta.prediction.prediction_file import describe_prediction
 
+    quiet = check_json(json_file, quiet=quiet)
     names = number_outputs("sample", count, out)
     type_model, graph = read_type_model(model), read_floor_graph(floor)
     check_model_type(graph.graph.get("building_type"), type_model, f"floor {short_repr(floor)}")
@@ -100,6 +104,8 @@ def predict_floor(
         save_outputs(
             prediction, names, type_model, out, truth=truth, explored=read_known_part(floor, prediction, truth)
         )
+    if json_file is not None:
+        write_json(describe_prediction(prediction, type_model.building_type, truth=truth), json_file)
     if not quiet:
         _print_prediction(prediction, truth)
         if out is not None:
@@ -201,8 +207,8 @@ def _print_prediction(prediction: Prediction, truth: RevealedFloor | None) -> No
     if truth:
         size += f"; in truth {len(truth.graph)} rooms" + (f", {truth.area:.0f} m²" if truth.area else "")
     print_result(size)
-    stdout.print(tabulate_ends(prediction, truth))
-    stdout.print(tabulate_unknown(prediction, truth))
+    print_table(tabulate_ends(prediction, truth))
+    print_table(tabulate_unknown(prediction, truth))
     print_result("8 (2–15): mean, and the interval of four of five samples; leads on: to unknown corridors")
 
 

@@ -11,8 +11,17 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 from rich.table import Table
 
-from pianta.building import Link
-from pianta.cli.terminal import Quiet, counting_files, describe_floor, make_table, print_error, print_result, stdout
+from pianta.building import Link, Storey
+from pianta.cli.json_output import Json, check_json, describe_readings, write_json
+from pianta.cli.terminal import (
+    Quiet,
+    counting_files,
+    describe_floor,
+    make_table,
+    print_error,
+    print_result,
+    print_table,
+)
 from pianta.errors import OptionError
 from pianta.floor import Floor, Room
 from pianta.io._files import MAX_CELLS, count_noun, short_repr
@@ -172,6 +181,7 @@ def read_maps(
     stairs: Stairs = None,
     lifts: Lifts = None,
     jobs: Jobs = 1,
+    json_file: Json = None,
     quiet: Quiet = False,
 ) -> None:
     """Read a robot's map, or a plan, into a building: its type, rooms and doors.
@@ -198,6 +208,7 @@ def read_maps(
     With --message all every map of a bag is read with the rooms of the one
     before, in folders 001, 002, …; rooms keep their ids.
     """
+    quiet = check_json(json_file, quiet=quiet)
     options: ReadOptions = {
         "previous": previous,
         "earlier": earlier or (),
@@ -219,7 +230,7 @@ def read_maps(
         "predict_partial": not no_predictions,
     }
     if message == "all":
-        _read_series(maps, out, options, walls=walls, graph=graph, quiet=quiet)
+        _finish(_read_series(maps, out, options, walls=walls, graph=graph, quiet=quiet), out, json_file, expected=1)
         return
     options["message"] = _parse_message(message)
     extras = _Extras(clean, explain)
@@ -229,9 +240,17 @@ def read_maps(
     if links and named is None:
         raise OptionError("--stairs and --lift join storeys, give --storey for each file")
     if len(maps) == 1 and named is None:
-        _read_one(maps[0], out, options, extras, walls=walls, graph=graph, quiet=quiet)
-        return
-    _read_several(maps, out, options, named, links, walls=walls, graph=graph, jobs=jobs, quiet=quiet)
+        readings = [_read_one(maps[0], out, options, extras, walls=walls, graph=graph, quiet=quiet)]
+    else:
+        readings = _read_several(maps, out, options, named, links, walls=walls, graph=graph, jobs=jobs, quiet=quiet)
+    _finish(readings, out, json_file, expected=len(maps))
+
+
+def _finish(readings: Sequence[Reading], out: Path, json_file: Path | None, *, expected: int) -> None:
+    """Write the JSON of what was read; the exit code is 1 if that is less than expected."""
+    write_json(describe_readings([(reading, reading.folder or out) for reading in readings]), json_file)
+    if len(readings) < expected:
+        raise typer.Exit(1)
 
 
 def _read_several(
@@ -245,8 +264,8 @@ def _read_several(
     graph: bool,
     jobs: int,
     quiet: bool,
-) -> None:
-    """Read each file and print a line for it; with the names of storeys, join them to a building."""
+) -> list[Reading]:
+    """Read each file and print a line for it; with the names of storeys, join them to a building, if all are read."""
     with counting_files(maps, quiet=quiet) as progress:
         names = [name for name, _ in named] if named else None
         results = read_all(
@@ -255,13 +274,16 @@ def _read_several(
         readings = [each for each in results if _print_one_of_several(each, quiet=quiet) and isinstance(each, Reading)]
     if not quiet:
         print_result(f"{len(readings)} of {len(maps)} files read")
-    if len(readings) < len(maps):
-        raise typer.Exit(1)
-    if named:
-        building = save_storeys(readings, out, named, links)
+    if named and len(readings) == len(maps):
+        as_storeys = [
+            Storey(reading.floor, name, elevation, reading.grid)
+            for reading, (name, elevation) in zip(readings, named, strict=True)
+        ]
+        building = save_storeys(as_storeys, out, links)
         if not quiet:
             joined = count_noun(len(building.links), "link")
             print_result(f"{count_noun(len(building), 'storey')}, {joined} by stairs and lifts, in {out}")
+    return readings
 
 
 def _parse_message(text: str) -> Message:
@@ -275,16 +297,16 @@ def _parse_message(text: str) -> Message:
 
 def _read_series(
     maps: Sequence[str], out: Path, options: ReadOptions, *, walls: bool, graph: bool, quiet: bool
-) -> None:
-    """Read all maps of a bag, and print a line for each; the exit code is 1 if none has a room."""
+) -> list[Reading]:
+    """Read all maps of a bag, and print a line for each; those that can be read."""
     if len(maps) > 1:
         raise OptionError(f"--message all is for one bag and {len(maps)} files are given, read each bag on its own")
     results = read_series(maps[0], out=out, walls=walls, graph=graph, **options)
-    done = [_print_one_of_several(each, quiet=quiet) for each in results]
+    done = [(each, _print_one_of_several(each, quiet=quiet)) for each in results]
+    readings = [each for each, _ in done if isinstance(each, Reading)]
     if not quiet:
-        print_result(f"{sum(done)} of {count_noun(len(done), 'map')} read")
-    if not any(done):
-        raise typer.Exit(1)
+        print_result(f"{len(readings)} of {count_noun(len(done), 'map')} read")
+    return readings
 
 
 @dataclass(frozen=True)
@@ -314,7 +336,7 @@ class _Extras:
 
 def _read_one(
     path: str, out: Path, options: ReadOptions, extras: _Extras, *, walls: bool, graph: bool, quiet: bool
-) -> None:
+) -> Reading:
     """Read a file; print its rooms, its messages, and where the results are."""
     check_output_folder(out)
     extras.check_files(path, out)
@@ -328,7 +350,7 @@ def _read_one(
     if clean_map and extras.clean:
         clean_map.save(extras.clean)
     if quiet:
-        return
+        return reading
     for storey, folder in zip(reading.storeys, folders, strict=True):
         _print_storey(storey, folder, label_unknown=options["label_unknown"])
     if explanation:
@@ -336,11 +358,12 @@ def _read_one(
             print_result(explanation.describe_room(room.id))
     if extras.clean:
         print_result(f"clean map in {extras.clean}")
+    return reading
 
 
 def _print_storey(storey: StoreyReading, folder: Path, *, label_unknown: bool) -> None:
     """Print the rooms of a storey, the type of its building, its messages, and where the results are."""
-    stdout.print(tabulate_rooms(storey.floor))
+    print_table(tabulate_rooms(storey.floor))
     if storey.candidate_types:
         print_result(f"building: {describe_type(storey.floor, storey.candidate_types)}")
         if not storey.floor.building_type and not label_unknown:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -12,13 +11,13 @@ from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 import typer
 
-from pianta import __version__
+from pianta.cli.json_output import Json, check_json, write_json
 from pianta.cli.terminal import Quiet, print_error, print_result, track_items
 from pianta.errors import BuildingWarning, ModelError, OptionError, PiantaError
 from pianta.floor import Floor
 from pianta.io._faults import join_faults
 from pianta.io._files import real_path, short_repr
-from pianta.io._folders import atomic_folder, check_output_file, check_output_folder, choose_names
+from pianta.io._folders import atomic_folder, check_output_folder, choose_names
 from pianta.io.buildings.read import list_buildings, read_buildings
 from pianta.labels import LabelSet, standard_building_type
 
@@ -57,9 +56,6 @@ Type = Annotated[
 Labels = Annotated[
     str | None,
     typer.Option(help="Label set: R/C or F/C/E/S. Unless given: R/C, or that of the included floors."),
-]
-Json = Annotated[
-    Path | None, typer.Option("--json", metavar="FILE", help="File for scores and reasons of every floor, JSON.")
 ]
 Out = Annotated[
     Path | None, typer.Option("--out", "-o", help="Folder for NAME.png, a picture of every floor, and realism.json.")
@@ -151,8 +147,7 @@ def assess_floors(
     reference is compared without its own building. If a floor cannot be read,
     the others are still assessed; the exit code is then 1.
     """
-    if json_file:
-        check_output_file(json_file, "JSON file")
+    quiet = check_json(json_file, quiet=quiet)
     if out:
         check_output_folder(out)
     files = list_buildings(floors)
@@ -160,8 +155,7 @@ def assess_floors(
     if not quiet:
         print_result(chosen.summary)
     assessments = _assess_all(files, chosen, show_reasons=len(files) == 1 or reasons, quiet=quiet)
-    if json_file:
-        _save_json(assessments, chosen.model, json_file)
+    write_json(_describe([assessment.as_json() for assessment in assessments], chosen.model), json_file)
     if out:
         _save_pictures(assessments, chosen.model, out)
     if chosen.failed or len(assessments) < len(files):
@@ -191,21 +185,13 @@ def _assess_all(files: Sequence[Path], reference: Reference, *, show_reasons: bo
     return assessments
 
 
-def _save_json(assessments: Sequence[Assessment], model: RealismModel, path: Path) -> None:
-    """Write the JSON file of the option --json."""
-    with atomic_folder(path.parent) as new:
-        _write_json([assessment.as_json() for assessment in assessments], model, new / path.name)
-
-
-def _write_json(floors: Sequence[Mapping[str, object]], model: RealismModel, file: Path) -> None:
-    content = {
-        "pianta": __version__,
+def _describe(floors: Sequence[Mapping[str, object]], model: RealismModel) -> dict[str, object]:
+    return {
         "label_set": str(model.label_set),
         "reference": [floor.source for floor in model.reference_floors],
         "unrealistic": [floor.source for floor in model.unrealistic_floors],
         "floors": floors,
     }
-    file.write_text(json.dumps(content, indent=1, allow_nan=False) + "\n", encoding="utf-8")
 
 
 def _save_pictures(assessments: Sequence[Assessment], model: RealismModel, out: Path) -> None:
@@ -219,7 +205,7 @@ def _save_pictures(assessments: Sequence[Assessment], model: RealismModel, out: 
         for name, assessment in zip(names, assessments, strict=True):
             save_figure(draw_realism(assessment.floor, assessment.realism), new / name)
         floors = [{**each.as_json(), "shapes": describe_floor(each.floor)} for each in assessments]
-        _write_json(floors, model, new / RESULTS)
+        write_json(_describe(floors, model), new / RESULTS)
 
 
 def name_pictures(sources: Sequence[str]) -> list[str]:

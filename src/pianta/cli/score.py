@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from math import degrees, hypot, remainder, tau
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -10,12 +9,10 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.table import Table
 
-from pianta import __version__
-from pianta.cli.terminal import Quiet, make_table, print_result, stdout
+from pianta.cli.json_output import Json, check_json, write_json
+from pianta.cli.terminal import Quiet, make_table, print_result, print_table
 from pianta.errors import FloorError, OptionError
 from pianta.floor import Floor
-from pianta.io._files import atomic_file
-from pianta.io._folders import check_output_file
 from pianta.layout.frames import Motion
 from pianta.layout.room_ids import find_frame_motion, move_floor
 
@@ -40,7 +37,6 @@ TruthFile = Annotated[
 Align = Annotated[
     bool, typer.Option("--align", help="Move OUT into the frame of TRUTH first, if they are of two frames.")
 ]
-Json = Annotated[Path | None, typer.Option("--json", metavar="FILE", help="File for all scores, JSON.")]
 
 
 def score_floors(
@@ -55,18 +51,14 @@ def score_floors(
     """
     from pianta.evaluation.floor_scores import score_floor
 
-    if json_file is not None:
-        check_output_file(json_file, "JSON file")
+    quiet = check_json(json_file, quiet=quiet)
     floor, true_floor = _read_floor(out, None), _read_floor(truth, out)
     motion = _find_motion(true_floor, floor, align=align)
     scores = score_floor(move_floor(floor, motion) if align else floor, true_floor)
-    if json_file is not None:
-        content = {"pianta": __version__, "floor": str(out), "truth": str(truth), **scores.as_json()}
-        with atomic_file(json_file) as temporary:
-            temporary.write_text(json.dumps(content, indent=1, allow_nan=False) + "\n", encoding="utf-8")
+    write_json({"floor": str(out), "truth": str(truth), **scores.as_json()}, json_file)
     if quiet:
         return
-    stdout.print(tabulate_detections(scores))
+    print_table(tabulate_detections(scores))
     for line in describe_scores(scores):
         print_result(line)
     if motion != Motion():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import sys
 import unicodedata
@@ -32,8 +33,8 @@ OWN_WARNINGS = (MapWarning, BuildingWarning, PlanWarning)
 
 # Arguments of functions whose flags have the same names.
 SAME_NAMES = (
-    "building_model density earlier jobs max_cells method page people port previous resolution shut symbols "
-    "trust_thresholds words"
+    "building_model density earlier jobs max_cells message method page people port previous resolution shut symbols "
+    "topic trust_thresholds words"
 )
 # Messages of the library name arguments of functions; these are their flags.
 FLAGS = {
@@ -50,6 +51,7 @@ FLAGS = {
     "room_model=": "--model",
     "schema=": "--labels",
     "exits=": "--exit",
+    "georeference=": "--georeference FILE",
     **{f"{name}=": f"--{name.replace('_', '-')}" for name in SAME_NAMES.split()},
 }
 # Quoted text, such as the name of a file, is left as it is.
@@ -59,6 +61,9 @@ _ARGUMENT = re.compile(rf"(?<![\w'\"-])({'|'.join(map(re.escape, FLAGS))})(\w?)|
 # Categories of Unicode that terminals obey, or that hide or move the text beside them: controls, formats such as the
 # override of the direction of text, surrogates of names that are not UTF-8, ends of lines and paragraphs.
 NOT_SHOWN = ("Cc", "Cf", "Cs", "Zl", "Zp")
+
+# Of a table that is printed into a pipe or file, characters: more than any table has.
+PIPE_WIDTH = 100_000
 
 stdout = Console()
 stderr = Console(stderr=True)
@@ -173,6 +178,14 @@ def _make_bar(*, quiet: bool) -> Progress:
         redirect_stdout=sys.stdout.isatty(),
         disable=quiet or not stderr.is_terminal,
     )
+
+
+def print_table(table: Table) -> None:
+    """Print a table on stdout; where that is no terminal, no cell is wrapped or cut, so that programs can read it."""
+    if stdout.is_terminal or "COLUMNS" in os.environ:
+        stdout.print(table)
+    else:
+        Console(width=PIPE_WIDTH).print(table)
 
 
 def make_table(

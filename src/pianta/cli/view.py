@@ -11,7 +11,7 @@ import typer
 
 from pianta.cli.terminal import print_result
 from pianta.errors import OptionError
-from pianta.io._files import count_noun
+from pianta.io._files import count_noun, short_repr
 
 EXAMPLES = (
     "pianta view building",
@@ -20,6 +20,8 @@ EXAMPLES = (
 )
 # Bytes of randomness in the address, so that it cannot be guessed.
 TOKEN_BYTES = 24
+# Of the report, so that no floor is written over.
+PAGE_SUFFIXES = (".html", ".htm")
 
 Outs = Annotated[
     list[Path], typer.Argument(metavar="OUT...", help="Folders that `pianta read` has written, or folders of such.")
@@ -48,6 +50,8 @@ def view_floors(outs: Outs, *, port: Port = None, no_browser: NoBrowser = False,
 
         if port is not None or no_browser:
             raise OptionError("--html writes a file and needs no server, leave out --port and --no-browser")
+        if html.suffix.lower() not in PAGE_SUFFIXES:
+            raise OptionError(f"report {short_repr(html)} is no page, give a name that ends in .html")
         save_report(folders, html)
         print_result(f"{count_noun(len(folders), 'floor')}, in {html}")
         return

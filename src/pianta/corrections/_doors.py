@@ -8,7 +8,13 @@ import numpy as np
 import shapely
 from shapely import LineString, Point
 
-from pianta.corrections._positions import draw_line, find_door, find_nearest_door, find_nearest_room
+from pianta.corrections._positions import (
+    POSITION_TOLERANCE,
+    draw_line,
+    find_door,
+    find_nearest_door,
+    find_nearest_room,
+)
 from pianta.corrections.kinds import ChangeDoor, DeleteDoor, DoorKind, DrawDoor, MoveDoor, Points, describe_points
 from pianta.errors import CorrectionError
 from pianta.floor import Door, Floor
@@ -50,6 +56,8 @@ def change_door(floor: Floor, correction: ChangeDoor) -> Floor:
 
 def _add_door(floor: Floor, points: Points, door_kind: DoorKind) -> Floor:
     line = draw_line(points)
+    if Point(points[0]).distance(Point(points[-1])) < POSITION_TOLERANCE:
+        raise CorrectionError(f"the door {describe_points(*points)} ends where it starts, draw it from jamb to jamb")
     one, other = (find_beside(floor, line, side) for side in (1, -1))
     if one is None and other is None:
         raise CorrectionError(f"no room is beside the door {describe_points(*points)}, draw it in a wall of a room")

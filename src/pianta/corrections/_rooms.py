@@ -45,15 +45,10 @@ def merge_rooms(floor: Floor, correction: MergeRooms) -> Floor:
     if len(merging) == 1:
         return floor
     rooms = sorted(merging.values(), key=lambda room: (-room.polygon.area, room.id))
-    gap = measure_gap([room.polygon for room in rooms])
-    if gap > MAX_GAP:
-        ids = " and ".join(map(str, sorted(merging)))
-        raise CorrectionError(f"rooms {ids} are {gap:.1f} m apart, rooms to merge must be neighbours")
-    others = [room.polygon for room in floor if room.id not in merging]
     merged = replace(
         rooms[0],
         id=min(merging),
-        polygon=join_shapes([room.polygon for room in rooms], others),
+        polygon=_join(rooms, [room.polygon for room in floor if room.id not in merging]),
         name=next((room.name for room in rooms if room.name), None),
         partial=any(room.partial for room in rooms),
         predicted=None,
@@ -74,6 +69,19 @@ def merge_rooms(floor: Floor, correction: MergeRooms) -> Floor:
         doors=lead_elsewhere(floor.doors),
         possible_doors=lead_elsewhere(floor.possible_doors),
     )
+
+
+def _join(rooms: Sequence[Room], others: Sequence[Polygon]) -> Polygon:
+    """The shape of merged rooms; raises CorrectionError for rooms that are apart, or with another one between them."""
+    shapes = [room.polygon for room in rooms]
+    gap = measure_gap(shapes)
+    ids = " and ".join(str(room.id) for room in sorted(rooms, key=lambda room: room.id))
+    if gap > MAX_GAP:
+        raise CorrectionError(f"rooms {ids} are {gap:.1f} m apart, rooms to merge must be neighbours")
+    joined = join_shapes(shapes, others)
+    if any(shapely.difference(shape, joined).area >= MIN_ROOM for shape in shapes):
+        raise CorrectionError(f"another room divides rooms {ids}, merge it with them, or split it first")
+    return joined
 
 
 def split_room(floor: Floor, correction: SplitRoom) -> Floor:

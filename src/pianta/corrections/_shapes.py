@@ -41,7 +41,7 @@ def measure_gap(shapes: Sequence[Polygon]) -> float:
 def join_shapes(shapes: Sequence[Polygon], others: Sequence[Polygon]) -> Polygon:
     """One shape of several, with the walls between them but without other rooms.
 
-    The shapes are at most MAX_GAP apart. The result contains all of them.
+    The shapes are at most MAX_GAP apart. The result contains all of them, or the largest part if others divide it.
     """
     reach = measure_gap(shapes) / 2 + OVERLAP
     grown = shapely.union_all(shapely.buffer(np.array(shapes, dtype=object), reach, join_style="mitre", mitre_limit=2))

@@ -32,6 +32,8 @@ from pianta.floor import Floor, scale_floor
 
 # A floor whose scale differs by less has the right one (chosen by hand).
 SAME_SCALE = 1e-4
+# A correction of the scale by more is a slip, and would lead beyond what a map can have (chosen by hand).
+MAX_FACTOR = 1e4
 
 
 @dataclass(frozen=True)
@@ -136,6 +138,8 @@ def _scale_to_area(floor: Floor, correction: ScaleToArea) -> Floor:
 
 def _scale(floor: Floor, factor: float, what: str) -> Floor:
     _check_positive(factor, what)
+    if not 1 / MAX_FACTOR <= factor <= MAX_FACTOR:
+        raise CorrectionError(f"{what} multiplies all lengths by {factor:g}, give one that changes them less")
     return floor if isclose(factor, 1, rel_tol=SAME_SCALE) else scale_floor(floor, factor, factor)
 
 

@@ -3,6 +3,7 @@
 from pianta.floor._cells import cells_of_polygon
 from pianta.floor._floor import Floor
 from pianta.floor._parts import DOOR_WIDTH, MAX_ROOM_NAME_LENGTH, Door, Furniture, Room
+from pianta.floor._rounding import round_floor
 from pianta.floor._scaling import scale_floor
 
 __all__ = [
@@ -13,5 +14,6 @@ __all__ = [
     "Furniture",
     "Room",
     "cells_of_polygon",
+    "round_floor",
     "scale_floor",
 ]

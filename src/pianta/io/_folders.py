@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import os
+import signal
+import threading
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from itertools import count
 from pathlib import Path
 from secrets import token_hex
@@ -49,8 +51,9 @@ def atomic_folder(folder: Path) -> Iterator[Path]:
         for target in moves.values():
             if target.is_dir():
                 raise PiantaError(f"cannot write {short_repr(target)}: it is a folder, give another output folder")
-        for file, target in moves.items():
-            file.replace(target)
+        with _without_interrupts():
+            for file, target in moves.items():
+                file.replace(target)
     except OSError as exception:
         raise PiantaError(f"cannot write into {short_repr(folder)}: {one_line_reason(exception)}") from exception
     finally:
@@ -58,6 +61,40 @@ def atomic_folder(folder: Path) -> Iterator[Path]:
         for path in new_folders:
             with suppress(OSError):  # not empty if the block succeeded
                 path.rmdir()
+
+
+@contextmanager
+def _without_interrupts() -> Iterator[None]:
+    """A block that Ctrl+C does not end; KeyboardInterrupt comes after it."""
+    # Python interrupts the main thread alone
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    interrupts: list[object] = []
+    before = signal.signal(signal.SIGINT, lambda *_: interrupts.append(None))
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, signal.SIG_DFL if before is None else before)
+    if interrupts:
+        raise KeyboardInterrupt
+
+
+@contextmanager
+def only_writer(folder: Path) -> Iterator[None]:
+    """A block in which no other pianta corrects the floor in a folder, on systems and disks that have locks."""
+    try:
+        import fcntl
+    except ImportError:
+        yield
+        return
+    with ExitStack() as opened:
+        # A folder that is gone is found by the block
+        with suppress(OSError, ValueError):
+            descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
+            opened.callback(os.close, descriptor)
+            fcntl.flock(descriptor, fcntl.LOCK_EX)
+        yield
 
 
 def check_output_file(file: Path, noun: str) -> None:

@@ -2,18 +2,20 @@
 
 The collection has the members `format`, `version`, `frame`, `units`, `source`, `building_type` and `last_id`, the
 highest id that a room ever had. A feature's property `class` is room (a polygon, counter-clockwise with clockwise
-holes), door or wall (lines), or, since 2.3, furniture (a polygon), or, since 2.4, possible_door (a line). A partial
-room has, since 2.1, the properties `predicted`, a Polygon geometry of the complete room, and `confidence`, both null if
-unknown; since 2.2 a room has a `name`, or null; since 2.3 rooms, doors and furniture have a `probability`, or null. The
-`rooms` of a door are two ids, those of an entrance an id and null; a possible door has the properties of a door.
-QGIS reads any GeoJSON as WGS 84; set the layer to have no coordinate system.
+holes), door or wall (lines), or, since 2.3, furniture (a polygon), or, since 2.4, possible_door (a line), or, since
+2.5, predicted_room (a polygon): the complete shape of the partial room `room`, with its `confidence`, or null. From 2.1
+to 2.4 the room had them as the properties `predicted`, a geometry, and `confidence`. Since 2.2 a room has a `name`, or
+null; since 2.3 rooms, doors and furniture have a `probability`, or null; since 2.5 a room has its `area`, which is not
+read. The `rooms` of a door are two ids, those of an entrance an id and null; a possible door has the properties of a
+door. Since 2.5 `crs` names a local coordinate system, without which GDAL takes metres for degrees.
 """
 
 from __future__ import annotations
 
 import json
 from abc import abstractmethod
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
@@ -41,11 +43,15 @@ from pianta.io._checked import FileFormat, read_checked, save_checked
 from pianta.io._faults import validation_as
 from pianta.io._files import atomic_file
 
-FORMAT = FileFormat("pianta floor", 2, 4)
+FORMAT = FileFormat("pianta floor", 2, 5)
+# GDAL takes a GeoJSON for degrees unless its `crs` names another system, and then reads WKT too.
+LOCAL_CRS = 'LOCAL_CS["map frame",UNIT["metre",1],AXIS["x",EAST],AXIS["y",NORTH]]'
+AREA_DIGITS = 4  # of square metres
 MAX_FILE_BYTES = 64 * 2**20
 MAX_COORDINATE = 1e8  # metres; beyond any map frame
 # Files of version 1 have label -> probability, in the label set of the building's type.
 LABEL_SET_OF_VERSION_1 = "type"
+CLASSES = ("room", "door", "wall", "furniture", "possible_door", "predicted_room")
 _Metres = Annotated[FiniteFloat, Field(ge=-MAX_COORDINATE, le=MAX_COORDINATE)]
 _Position = tuple[_Metres, _Metres]
 _Probabilities = dict[str, Annotated[FiniteFloat, Field(ge=0)]]
@@ -97,6 +103,7 @@ def describe_floor(floor: Floor) -> dict[str, Any]:
     return {
         "type": "FeatureCollection",
         **FORMAT.header,
+        "crs": {"type": "name", "properties": {"name": LOCAL_CRS}},
         "frame": "map",
         "units": "metres",
         "source": floor.source,
@@ -121,7 +128,7 @@ def _dump_strictly(value: object) -> str:
 
 
 def _features_of_floor(floor: Floor) -> Iterator[dict[str, Any]]:
-    """The GeoJSON features of the rooms, then of the doors, the walls, the furniture and the possible doors."""
+    """The GeoJSON features of the rooms, the doors, the walls, the furniture, the possible doors, and predictions."""
     for room in floor.rooms:
         properties: dict[str, Any] = {
             "room": int(room.id),
@@ -133,12 +140,8 @@ def _features_of_floor(floor: Floor) -> Iterator[dict[str, Any]]:
             },
             "partial": bool(room.partial),
             "probability": _float_or_none(room.probability),
+            "area": round(room.polygon.area, AREA_DIGITS),
         }
-        if room.partial:
-            properties |= {
-                "predicted": _geometry(room.predicted) if room.predicted else None,
-                "confidence": _float_or_none(room.confidence),
-            }
         yield _feature("room", room.id, properties, room.polygon)
     for number, door in enumerate(floor.doors, start=1):
         yield _feature("door", number, _describe_door(door), door.line)
@@ -148,6 +151,10 @@ def _features_of_floor(floor: Floor) -> Iterator[dict[str, Any]]:
         yield _feature("furniture", number, {"probability": _float_or_none(piece.probability)}, piece.polygon)
     for number, door in enumerate(floor.possible_doors, start=1):
         yield _feature("possible_door", number, _describe_door(door), door.line)
+    for room in floor.rooms:
+        if room.predicted:
+            properties = {"room": int(room.id), "confidence": _float_or_none(room.confidence)}
+            yield _feature("predicted_room", room.id, properties, room.predicted)
 
 
 def _describe_door(door: Door) -> dict[str, Any]:
@@ -258,6 +265,16 @@ class _RoomFeature(_Item):
         )
 
 
+class _Prediction(_Part):
+    room: int
+    confidence: FiniteFloat | None = None
+
+
+class _PredictionFeature(_Part):
+    properties: _Prediction
+    geometry: _PolygonGeometry
+
+
 class _DoorProperties(_Part):
     rooms: tuple[int, int | None]
     width: FiniteFloat
@@ -311,7 +328,7 @@ def _class_of_feature(feature: object) -> str:
     """The tag of the pydantic model of a feature."""
     properties = feature.get("properties") if isinstance(feature, dict) else None
     class_ = properties.get("class") if isinstance(properties, dict) else None
-    return class_ if class_ in ("room", "door", "wall", "furniture", "possible_door") else "unknown"
+    return class_ if class_ in CLASSES else "unknown"
 
 
 _Feature = Annotated[
@@ -320,6 +337,7 @@ _Feature = Annotated[
     | Annotated[_WallFeature, Tag("wall")]
     | Annotated[_FurnitureFeature, Tag("furniture")]
     | Annotated[_PossibleDoorFeature, Tag("possible_door")]
+    | Annotated[_PredictionFeature, Tag("predicted_room")]
     | Annotated[_UnknownFeature, Tag("unknown")],
     Discriminator(_class_of_feature),
 ]
@@ -342,7 +360,7 @@ def parse_floor(content: bytes) -> Floor:
     collection = _Collection.model_validate_json(content, context={"major": major})
     features = collection.features
     return Floor(
-        rooms=tuple(feature.item for feature in features if isinstance(feature, _RoomFeature)),
+        rooms=tuple(_list_rooms(features)),
         doors=tuple(feature.item for feature in features if isinstance(feature, _DoorFeature)),
         walls=tuple(feature.wall for feature in features if isinstance(feature, _WallFeature)),
         building_type=collection.building_type,
@@ -351,6 +369,29 @@ def parse_floor(content: bytes) -> Floor:
         furniture=tuple(feature.item for feature in features if isinstance(feature, _FurnitureFeature)),
         possible_doors=tuple(feature.item for feature in features if isinstance(feature, _PossibleDoorFeature)),
     )
+
+
+def _list_rooms(features: Iterable[_Part]) -> Iterator[Room]:
+    """The rooms with their predictions; FloorError for a prediction that is not of one of them, or not the only one."""
+    predictions: dict[int, _PredictionFeature] = {}
+    rooms = []
+    for feature in features:
+        if isinstance(feature, _RoomFeature):
+            rooms.append(feature.item)
+        elif isinstance(feature, _PredictionFeature):
+            room_id = feature.properties.room
+            if room_id in predictions:
+                raise FloorError(f"room {room_id} is predicted more than once, keep one predicted_room")
+            predictions[room_id] = feature
+    if stray := sorted(predictions.keys() - {room.id for room in rooms}):
+        raise FloorError(f"predictions are of rooms {stray} that do not exist")
+    for room in rooms:
+        prediction = predictions.get(room.id)
+        if prediction is None:
+            yield room
+        else:
+            confidence = prediction.properties.confidence
+            yield replace(room, predicted=prediction.geometry.polygon, confidence=confidence)
 
 
 def save_label_image(labels: NDArray[np.uint16], path: str | Path) -> None:

@@ -31,13 +31,19 @@ def save_prediction(
 
     truth: is added to the file. Raises PiantaError if the file cannot be written.
     """
-    content = _describe(prediction, building_type)
-    if truth is not None:
-        content["truth"] = _describe_truth(truth)
+    content = describe_prediction(prediction, building_type, truth=truth)
     with atomic_file(path) as temporary:
         temporary.write_text(
             json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False) + "\n", encoding="utf-8"
         )
+
+
+def describe_prediction(
+    prediction: Prediction, building_type: str, *, truth: RevealedFloor | None = None
+) -> dict[str, Any]:
+    """The content of the file of a prediction, with a truth if there is one; areas in m²."""
+    content = _describe(prediction, building_type)
+    return content if truth is None else {**content, "truth": _describe_truth(truth)}
 
 
 def name_rooms(sample: SampledFloor, prediction: Prediction) -> nx.Graph:

@@ -15,10 +15,10 @@ from pianta.corrections.correct import Outcome, correct_all, find_unlabelled
 from pianta.corrections.corrections_file import FILE_NAME
 from pianta.corrections.kinds import Correction, SetType
 from pianta.errors import FloorError, MapError, MapWarning, OptionError, PiantaError
-from pianta.floor import Floor
+from pianta.floor import Floor, round_floor
 from pianta.gridmap import GridMap
 from pianta.io._files import check_input_file, count_noun, short_repr
-from pianta.io.bags import Message, check_message, is_bag
+from pianta.io.bags import BAG_SUFFIXES, Message, check_message, is_bag
 from pianta.labels import SCHEMAS
 from pianta.layout.parameters import Parameters
 from pianta.layout.reconstruct import DEFAULT_METHOD, check_as_printed, check_method
@@ -110,7 +110,8 @@ class Reader:
 
     def _finish(self, storey: StoreyReading, path: str | Path) -> StoreyReading:
         """The storey with the ids of the previous floor, labels, and the type of its building."""
-        floor, messages, grid = storey.floor, [], storey.grid
+        # Files that people open have millimetres, not 17 digits
+        floor, messages, grid = round_floor(storey.floor), [], storey.grid
         uncorrected: Floor | None = None
         corrections: tuple[Correction, ...] = ()
         unlabelled: list[int] = []
@@ -139,6 +140,7 @@ class Reader:
             messages=(*messages, *storey.messages),
             uncorrected=uncorrected,
             corrections=corrections,
+            previous_corrections=self.corrected.corrections if self.corrected else (),
         )
 
     def _carry_over(self, storey: StoreyReading, corrected: SavedReading, path: str | Path) -> CarriedOver:
@@ -187,13 +189,20 @@ class Reader:
 
     def _read_map(self, path: str | Path, image: DecodedImage | None) -> StoreyReading:
         """Reconstruct the floor of a map; OptionError for options of plans. image: decoded, None to read the file."""
-        from pianta.io.maps import read_map
+        from pianta.io.maps import JSON_SUFFIX, read_map
+        from pianta.io.vacuum_segments import name_rooms
+        from pianta.io.valetudo import is_wrapped, read_vacuum_map
 
         useless = " and ".join(f"{name}=" for name in ("page", "symbols") if self.options.get(name) is not None)
         if useless:
             raise OptionError(f"map {short_repr(path)} is no plan, leave out {useless} or give input_kind='plan'")
         options = self._choose("resolution", "trust_thresholds", "topic", "message", "max_cells")
-        return self._reconstruct(read_map(image or path, **options), path)
+        storey = self._reconstruct(read_map(image or path, **options), path)
+        if Path(path).suffix.lower() == JSON_SUFFIX or is_wrapped(path):
+            # Names that the robot or its owner has given to segments
+            limit = self._choose("max_cells")
+            storey = replace(storey, floor=name_rooms(storey.floor, read_vacuum_map(path, **limit)))
+        return storey
 
     def read_grid(self, grid: GridMap, path: str | Path) -> Reading:
         """The building of a map; path: where it comes from, for messages. Raises PiantaError, in one line."""
@@ -374,14 +383,14 @@ def _refuse_suffix(path: str | Path) -> None:
 
 
 def _refuse_folder(path: str | Path) -> None:
-    """Raise MapError for a folder; the message suggests the YAML files in it."""
+    """Raise MapError for a folder; the message suggests the YAML files and bags in it."""
     from pianta.io.ros_maps import YAML_SUFFIXES
 
     try:
         inside = sorted(Path(path).iterdir())
     except (OSError, ValueError):  # no folder; the reader reports other faults
         return
-    yamls = [short_repr(file) for file in inside if file.suffix.lower() in YAML_SUFFIXES]
-    more = " …" if len(yamls) > 3 else ""
-    remedy = " or ".join(yamls[:3]) + more if yamls else "the map.yaml or the image of a map"
+    maps = [short_repr(file) for file in inside if file.suffix.lower() in (*YAML_SUFFIXES, *BAG_SUFFIXES)]
+    more = " …" if len(maps) > 3 else ""
+    remedy = " or ".join(maps[:3]) + more if maps else "the map.yaml or the image of a map"
     raise MapError(f"map {short_repr(path)} is a folder, give {remedy}")

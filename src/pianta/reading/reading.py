@@ -12,16 +12,17 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from pianta.building import Building
+from pianta.building import Building, Storey
 from pianta.corrections.corrections_file import FILE_NAME, read_corrections, save_corrections
 from pianta.corrections.kinds import Correction
 from pianta.errors import OptionError
 from pianta.floor import Floor
 from pianta.gridmap import GridMap
 from pianta.io._files import count_noun, real_path, short_repr
-from pianta.io._folders import atomic_folder, check_output_file
+from pianta.io._folders import atomic_folder, check_output_file, only_writer
 from pianta.io.building_folders import BUILDING_FILE, save_building_file
 from pianta.labels import LabelSchema
+from pianta.reading.storeys import make_building
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -67,6 +68,8 @@ class StoreyReading:
         What the file calls the storey; "" if it does not name it.
     elevation
         Height of its floor, metres; None if the file does not give it.
+    previous_corrections
+        The same as they were read; `Reading.save` refuses a folder that has others by then.
     """
 
     floor: Floor
@@ -80,6 +83,7 @@ class StoreyReading:
     corrections: tuple[Correction, ...] = ()
     title: str = ""
     elevation: float | None = None
+    previous_corrections: tuple[Correction, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,10 +136,9 @@ class Reading:
     @property
     def building(self) -> Building:
         """The storeys with their maps, the lowest first, and the stairs and lifts that join them."""
-        from pianta.reading.storeys import make_building
-
         # Floors of a sheet lie beside each other, and those of an IFC above each other
-        return make_building(self.storeys, self.path.stem, one_frame=self.path.suffix.lower() == ".ifc")
+        storeys = [Storey(each.floor, each.name, each.elevation, each.grid, each.title) for each in self.storeys]
+        return make_building(storeys, self.path.stem, one_frame=self.path.suffix.lower() == ".ifc")
 
     @property
     def grid(self) -> GridMap:
@@ -205,10 +208,14 @@ class Reading:
         check_output(self.path, folder)
         folders = [Path(folder) / storey.name for storey in self.storeys]
         _refuse_folders_as_results(folders)
-        for storey, target in zip(self.storeys, folders, strict=True):
-            if storey.uncorrected is None:
-                check_corrections(target)
         with ExitStack() as together:
+            for storey, target in zip(self.storeys, folders, strict=True):
+                if target.is_dir():
+                    together.enter_context(only_writer(target))
+                if storey.uncorrected is None:
+                    check_corrections(target)
+                else:
+                    _check_corrections_stayed(target, storey.previous_corrections)
             for storey, target in zip(self.storeys, folders, strict=True):
                 self._write(storey, together.enter_context(atomic_folder(target)), walls=walls, graph=graph)
             if len(self.storeys) > 1:
@@ -335,6 +342,17 @@ def check_corrections(folder: str | Path, previous: object = None) -> None:
         raise OptionError(
             f"folder {short_repr(folder)} has {count_noun(len(corrections), 'correction')}, which would be lost; give "
             "it as previous= and they are applied again, or give another output folder"
+        )
+
+
+def _check_corrections_stayed(folder: Path, previous: tuple[Correction, ...]) -> None:
+    """Raise OptionError if another program has changed the corrections of a folder since they were read."""
+    file = folder / FILE_NAME
+    corrections = tuple(read_corrections(file)) if file.exists() else ()
+    if corrections not in ((), previous):
+        raise OptionError(
+            f"the corrections of folder {short_repr(folder)} have changed since they were read, nothing was written; "
+            "read the map again"
         )
 
 

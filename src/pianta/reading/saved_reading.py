@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -11,8 +12,10 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+import shapely
 from numpy.typing import NDArray
 from PIL import Image
+from shapely import Polygon
 
 from pianta._types import Floats
 from pianta.corrections.confirmed import list_confirmed
@@ -34,6 +37,9 @@ from pianta.reading._restored_rooms import Restored, restore_rooms
 from pianta.reading.reading import OUTPUTS, PAPER, UNCORRECTED, write_floor
 
 FLOOR, GRID = OUTPUTS[0], OUTPUTS[-1]
+# The floor, and that which was read with the corrections, share this of their area, or are of different buildings;
+# they are equal but for changes of the file by hand (chosen by hand).
+MIN_SHARED = 0.5
 
 
 class CarriedOver(NamedTuple):
@@ -76,10 +82,12 @@ class SavedReading:
         if not (path / FLOOR).is_file():
             raise FloorError(f"folder {short_repr(folder)} has no {FLOOR}, give a folder of `pianta read`")
         floor = read_floor(path / FLOOR)
-        corrections = tuple(read_corrections(path / FILE_NAME)) if (path / FILE_NAME).exists() else ()
+        # A link that leads nowhere is refused: without corrections, what was read would be replaced
+        corrections = tuple(read_corrections(path / FILE_NAME)) if os.path.lexists(path / FILE_NAME) else ()
         uncorrected = read_floor(path / UNCORRECTED) if corrections else floor
-        _, outcomes = correct_all(uncorrected, corrections)
+        corrected, outcomes = correct_all(uncorrected, corrections) if corrections else (floor, [])
         grid = read_npz_map(path / GRID) if (path / GRID).exists() else None
+        _check_same_building(path, floor, corrected, grid)
         return cls(path, uncorrected, floor, corrections, tuple(outcomes), grid, _read_paper(path / PAPER))
 
     def add(self, correction: Correction) -> SavedReading:
@@ -189,8 +197,29 @@ def measure_factor(outcomes: Iterable[Outcome]) -> float:
     return prod(outcome.factor for outcome in outcomes)
 
 
+def _check_same_building(folder: Path, floor: Floor, corrected: Floor, grid: GridMap | None) -> None:
+    """Raise CorrectionError for a folder with files of another building."""
+    shape = shapely.union_all([room.polygon for room in floor])
+    expected = shape if corrected is floor else shapely.union_all([room.polygon for room in corrected])
+    if shapely.intersection(shape, expected).area < MIN_SHARED * shapely.union(shape, expected).area:
+        raise CorrectionError(
+            f"folder {short_repr(folder)}: {FLOOR} is not {UNCORRECTED} with the corrections of {FILE_NAME}, "
+            "put back the files of this building, or read the map into another folder"
+        )
+    if grid is not None and not shape.is_empty:
+        height, width = grid.shape
+        x, y = grid.pixel_to_map([0, 0, height, height], [0, width, width, 0])
+        if not shape.intersects(Polygon(np.column_stack([x, y]))):
+            raise CorrectionError(
+                f"folder {short_repr(folder)}: no room of {FLOOR} is on the map {GRID}, put back the map of this "
+                "building, or read it again"
+            )
+
+
 def _read_paper(file: Path) -> NDArray[np.uint8] | None:
     """The sheet of a plan; None without one."""
+    if file.exists() and not file.is_file():
+        raise CorrectionError(f"sheet {short_repr(file)} is no regular file, read the plan again")
     with suppress(FileNotFoundError):
         try:
             with Image.open(file) as image:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from pianta.building import Building, Link, LinkKind, Storey
 from pianta.errors import OptionError
@@ -13,45 +12,37 @@ from pianta.floor import Room
 from pianta.io._files import short_repr
 from pianta.io.building_folders import BUILDING_FILE, check_storey_name, save_building_file
 
-if TYPE_CHECKING:
-    from pianta.reading.reading import Reading, StoreyReading
-
 # Labels of rooms in which people change the storey end in these words.
 _KINDS: dict[str, LinkKind] = {"STAIRS": "stairs", "ELEVATOR": "lift"}
 # Stairs of two storeys in one frame are the same if this share of the smaller one overlaps; chosen by hand.
 SAME_SHARE = 0.5
 
 
-def make_building(storeys: Sequence[StoreyReading], name: str, *, one_frame: bool) -> Building:
+def make_building(storeys: Sequence[Storey], name: str, *, one_frame: bool) -> Building:
     """The building of the storeys of a file, the lowest first; one_frame: whether all are in one, as in an IFC."""
-    made = tuple(Storey(each.floor, each.name, each.elevation, each.grid, each.title) for each in storeys)
-    ordered = sort_storeys(made)
+    ordered = sort_storeys(storeys)
     return Building(ordered, name, tuple(find_links(ordered, one_frame=one_frame)))
 
 
 def sort_storeys(storeys: Sequence[Storey]) -> tuple[Storey, ...]:
     """The storeys from the lowest up; in their order if an elevation is unknown."""
     heights = {storey.name: storey.elevation for storey in storeys}
-    known = {name: height for name, height in heights.items() if height is not None}
-    return tuple(sorted(storeys, key=lambda each: known[each.name]) if len(known) == len(storeys) else storeys)
+    if None in heights.values():
+        return tuple(storeys)
+    return tuple(sorted(storeys, key=lambda each: heights[each.name] or 0.0))
 
 
-def save_storeys(
-    readings: Sequence[Reading], out: str | Path, storeys: Sequence[tuple[str, float | None]], links: Iterable[Link]
-) -> Building:
+def save_storeys(storeys: Sequence[Storey], out: str | Path, links: Iterable[Link]) -> Building:
     """Write building.json beside the folders of maps that are the storeys of one building.
 
-    storeys: the name and the elevation of each. links: stairs and lifts that a user names; besides, those with the
-    same names are found. Raises PiantaError if links lead to rooms that do not exist.
+    links: stairs and lifts that a user names; besides, those with the same names are found.
+
+    Raises PiantaError if links lead to rooms that do not exist.
     """
-    made = [
-        Storey(reading.floor, name, elevation, reading.grid)
-        for reading, (name, elevation) in zip(readings, storeys, strict=True)
-    ]
-    ordered = sort_storeys(made)
-    known = [*links]
-    found = [link for link in find_links(ordered, one_frame=False) if link not in known]
-    building = Building(ordered, Path(out).name, (*known, *found))
+    ordered = sort_storeys(storeys)
+    by_user = [*links]
+    by_name = [link for link in find_links(ordered, one_frame=False) if link not in by_user]
+    building = Building(ordered, Path(out).name, (*by_user, *by_name))
     save_building_file(building, Path(out) / BUILDING_FILE)
     return building
 
@@ -60,13 +51,13 @@ def find_links(storeys: Sequence[Storey], *, one_frame: bool) -> Iterator[Link]:
     """Stairs and lifts of neighbouring storeys with the same name, or, in one frame, at the same position."""
     for lower, upper in pairwise(storeys):
         for room in lower.floor:
-            kind = _kind_of(room)
-            others = [other for other in upper.floor if kind is not None and _kind_of(other) == kind]
+            link_kind = _kind_of(room)
+            others = [other for other in upper.floor if link_kind is not None and _kind_of(other) == link_kind]
             same = [other for other in others if room.name and other.name and _is_same_name(room.name, other.name)]
             if not same and one_frame:
                 same = [other for other in others if _measure_overlap(room, other) >= SAME_SHARE]
-            if kind is not None and len(same) == 1:
-                yield Link(kind, ((lower.name, room.id), (upper.name, same[0].id)))
+            if link_kind is not None and len(same) == 1:
+                yield Link(link_kind, ((lower.name, room.id), (upper.name, same[0].id)))
 
 
 def parse_storeys(texts: Sequence[str], count: int) -> list[tuple[str, float | None]]:
@@ -87,14 +78,14 @@ def parse_storeys(texts: Sequence[str], count: int) -> list[tuple[str, float | N
     return storeys
 
 
-def parse_links(texts: Iterable[str], kind: LinkKind) -> Iterator[Link]:
+def parse_links(texts: Iterable[str], link_kind: LinkKind) -> Iterator[Link]:
     """Links from "STOREY:ROOM STOREY:ROOM"; raises OptionError."""
     for text in texts:
         ends = [end.rpartition(":") for end in text.split()]
         if len(ends) != 2 or not all(name and room.isdecimal() for name, _, room in ends):
-            raise OptionError(f"{kind} {short_repr(text)} have no two ends, give 'STOREY:ROOM STOREY:ROOM'")
+            raise OptionError(f"{link_kind} {short_repr(text)} have no two ends, give 'STOREY:ROOM STOREY:ROOM'")
         (one, _, room), (other, _, upper) = ends
-        yield Link(kind, ((one, int(room)), (other, int(upper))))
+        yield Link(link_kind, ((one, int(room)), (other, int(upper))))
 
 
 def _kind_of(room: Room) -> LinkKind | None:

@@ -65,10 +65,10 @@ def _find_below(folder: Path, depth: int) -> list[Path]:
         paths += sorted(folder.glob(BUILDINGS))[:1]
         if paths:
             return paths
-        storeys = read_storey_folders(folder) if depth else None
-        if storeys is not None:
-            return [below for name in storeys.titles for below in _find_below(folder / name, 0)]
         inner = sorted(path for path in folder.iterdir() if path.is_dir()) if depth else []
     except (OSError, ValueError):
         return []
+    storeys = read_storey_folders(folder) if depth else None
+    if storeys is not None:
+        inner = [folder / name for name in storeys.titles]
     return [below for path in inner for below in _find_below(path, depth - 1)]

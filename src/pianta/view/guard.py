@@ -70,11 +70,12 @@ class Guard:
         await self.app(scope, replay, send_with_headers)
 
     def _find_refusal(self, scope: Message) -> tuple[int, str] | None:
-        headers = {name.decode("latin-1").lower(): value.decode("latin-1") for name, value in scope["headers"]}
-        host = headers.get("host", "")
-        if host.partition(":")[0] not in HOSTS:
+        headers = [(name.decode("latin-1").lower(), value.decode("latin-1")) for name, value in scope["headers"]]
+        host = next((value for name, value in headers if name == "host"), "")
+        name, _, port = host.partition(":")
+        if name not in HOSTS or not (port.isdecimal() or host == name):
             return 403, "open the page at the address that `pianta view` has printed"
-        if headers.get("origin", f"http://{host}") != f"http://{host}":
+        if any(name == "origin" and value != f"http://{host}" for name, value in headers):
             return 403, "the request comes from another page"
         token = scope["path"].split("/")[1] if "/" in scope["path"] else ""
         if not compare_digest(token.encode(), self.token.encode()):

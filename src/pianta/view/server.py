@@ -33,6 +33,8 @@ STATIC = Path(__file__).parent / "static"
 LOOPBACK = "127.0.0.1"
 # How long requests, such as a save, may go on after Ctrl+C; seconds.
 GRACE = 30
+# Characters of the path to a fault in a body; names in it may be as long as the body.
+MAX_WHERE = 100
 # The address of a picture has the version of its files.
 KEEP_PICTURE = {"cache-control": "private, max-age=86400"}
 
@@ -90,7 +92,14 @@ def listen(port: int = 0) -> socket.socket:
 def make_server(app: App) -> uvicorn.Server:
     """A server for an app, without a log of addresses, which have the token."""
     return uvicorn.Server(
-        uvicorn.Config(app, log_level="error", access_log=False, server_header=False, timeout_graceful_shutdown=GRACE)
+        uvicorn.Config(
+            app,
+            ws="none",
+            log_level="error",
+            access_log=False,
+            server_header=False,
+            timeout_graceful_shutdown=GRACE,
+        )
     )
 
 
@@ -209,7 +218,7 @@ async def _answer_error(_: Request, error: Exception) -> Response:
 
 async def _answer_damaged_body(request: Request, error: Exception) -> Response:
     faults = error.errors() if isinstance(error, RequestValidationError) else []
-    where = {".".join(map(str, fault["loc"])): fault["msg"] for fault in faults[:3]}
+    where = {".".join(map(str, fault["loc"]))[:MAX_WHERE]: fault["msg"] for fault in faults[:3]}
     listed = "; ".join(f"{path}: {message}" for path, message in where.items())
     if any(fault["loc"][0] == "path" for fault in faults):
         return _answer({"error": f"there is no page {short_repr(request.url.path.split('/', 2)[-1])}"}, NOT_FOUND)

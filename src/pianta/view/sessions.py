@@ -5,9 +5,10 @@ from __future__ import annotations
 import os
 from collections import OrderedDict
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
-from hashlib import sha256
+from contextlib import suppress
+from hashlib import file_digest, sha256
 from pathlib import Path
+from stat import S_ISREG
 from threading import RLock
 from typing import Any
 
@@ -15,6 +16,7 @@ from pianta.corrections.corrections_file import FILE_NAME, parse_correction, rea
 from pianta.corrections.kinds import Correction
 from pianta.errors import CorrectionError, PiantaError
 from pianta.io._files import one_line_reason, real_path, short_repr
+from pianta.io._folders import only_writer
 from pianta.io.building_folders import read_storey_folders
 from pianta.io.floors import read_floor
 from pianta.reading.saved_reading import FLOOR, GRID, SavedReading
@@ -121,7 +123,7 @@ class Session:
 
     def save(self, version: str, corrections: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
         """Write the corrections, all files or none, and give the new state; raises RefusedError."""
-        with self._lock, _only_writer(self.folder):
+        with self._lock, only_writer(self.folder):
             if self.version() != version:
                 raise RefusedError(
                     CONFLICT, f"the files of {self.name} have changed on disk, so nothing was saved; load them"
@@ -157,7 +159,7 @@ class Session:
         """The stairs and lifts from a room of this storey to a room of another one on the page."""
         folder = real_path(self.folder)
         building = None
-        # A damaged file beside the folder hinders nobody who looks at the floor.
+        # A damaged file beside the folder does not hinder a look at the floor.
         with suppress(PiantaError):
             building = read_storey_folders(folder.parent)
         for link in building.links if building else ():
@@ -238,12 +240,20 @@ class Session:
             status = file.stat()
             key = status.st_mtime_ns, status.st_size, status.st_ino
             if self._hashes.get(file, ((), b""))[0] != key:
-                self._hashes[file] = key, sha256(file.read_bytes()).digest()
+                self._hashes[file] = key, _hash(file, status)
             return self._hashes[file][1]
         except (FileNotFoundError, NotADirectoryError):
             return b""
         except OSError as error:
             raise RefusedError(NOT_FOUND, f"{short_repr(file)} cannot be read: {one_line_reason(error)}") from error
+
+
+def _hash(file: Path, status: os.stat_result) -> bytes:
+    """A hash of the content; of a device or a pipe, which would not end, and which is refused later, of its name."""
+    if not S_ISREG(status.st_mode):
+        return sha256(str(file).encode(errors="surrogateescape")).digest()
+    with file.open("rb") as stream:
+        return file_digest(stream, "sha256").digest()
 
 
 def _add_all(start: SavedReading, corrections: Sequence[Correction]) -> SavedReading | None:
@@ -270,23 +280,3 @@ def _parse_all(corrections: Sequence[Mapping[str, Any]]) -> tuple[Correction, ..
         except CorrectionError as error:
             raise RefusedError(UNFIT, f"correction {number}: {error}") from error
     return tuple(parsed)
-
-
-@contextmanager
-def _only_writer(folder: Path) -> Iterator[None]:
-    """A block in which no other server writes into the folder, on systems and disks that have locks."""
-    try:
-        import fcntl
-    except ImportError:
-        yield
-        return
-    try:
-        descriptor = os.open(folder, os.O_RDONLY)
-    except OSError as error:
-        raise RefusedError(NOT_FOUND, f"folder {short_repr(folder)} is gone: {one_line_reason(error)}") from error
-    try:
-        with suppress(OSError):
-            fcntl.flock(descriptor, fcntl.LOCK_EX)
-        yield
-    finally:
-        os.close(descriptor)

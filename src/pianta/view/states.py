@@ -8,6 +8,7 @@ from functools import lru_cache
 from typing import Any
 
 from shapely import Polygon
+from shapely.geometry import mapping
 
 from pianta.corrections._positions import position_in
 from pianta.corrections.correct import Outcome
@@ -79,6 +80,8 @@ def _describe_shapes(floor: Floor) -> dict[str, Any]:
     # The rooms are the first features.
     for room, feature in zip(floor.rooms, described["features"], strict=False):
         feature["properties"] |= {
+            "predicted": room.predicted and mapping(room.predicted),
+            "confidence": room.confidence,
             "area": room.polygon.area,
             "centre": _centre_of(room.polygon),
             **looks[room.id],

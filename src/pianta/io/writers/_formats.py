@@ -45,8 +45,9 @@ Writer: TypeAlias = Callable[[Building, Path, WriteOptions], list[str]]
 
 @dataclass(frozen=True)
 class Format:
-    """A format. module: in this folder. file: the usual name, that of a folder if it has no suffix.
+    """A format. module: in this folder, or its full name. file: the usual name, that of a folder if it has no suffix.
 
+    needs_map, needs_georeference: whether it cannot be written without.
     extra, packages: which extra of pianta installs the packages that the writer needs.
     """
 
@@ -56,6 +57,7 @@ class Format:
     title: str
     options: frozenset[str] = frozenset()
     needs_map: bool = False
+    needs_georeference: bool = False
     extra: str = ""
     packages: tuple[str, ...] = ()
 
@@ -71,9 +73,12 @@ class Format:
             raise OptionError(
                 f"{' and '.join(missing)} is not installed, install it with: pip install 'pianta[{self.extra}]'"
             )
-        writer: Writer = getattr(import_module(f"pianta.io.writers.{self.module}"), self.function)
+        module = self.module if "." in self.module else f"pianta.io.writers.{self.module}"
+        writer: Writer = getattr(import_module(module), self.function)
         return writer
 
+
+_GEOREFERENCE = frozenset({"georeference"})
 
 FORMATS: Mapping[str, Format] = MappingProxyType(
     {
@@ -86,6 +91,66 @@ FORMATS: Mapping[str, Format] = MappingProxyType(
             extra="tables",
             packages=("openpyxl",),
         ),
+        "geojson-layers": Format(
+            "layers", "write_geojson_layers", "layers", "a GeoJSON for rooms, doors and others each", _GEOREFERENCE
+        ),
+        "gpkg": Format(
+            "layers",
+            "write_geopackage",
+            "floor.gpkg",
+            "GeoPackage",
+            _GEOREFERENCE,
+            extra="geo",
+            packages=("geopandas", "pyogrio"),
+        ),
+        "geoparquet": Format(
+            "layers",
+            "write_geoparquet",
+            "geoparquet",
+            "a GeoParquet for rooms, doors and others each",
+            _GEOREFERENCE,
+            extra="geo",
+            packages=("geopandas", "pyarrow"),
+        ),
+        "indoorgml": Format("indoorgml", "write_indoorgml", "building.gml", "IndoorGML 1.1"),
+        "imdf": Format(
+            "imdf",
+            "write_imdf",
+            "imdf.zip",
+            "Indoor Mapping Data Format",
+            _GEOREFERENCE,
+            needs_georeference=True,
+            extra="geo",
+            packages=("pyproj",),
+        ),
+        "osm": Format(
+            "osm",
+            "write_osm",
+            "building.osm",
+            "OpenStreetMap with indoor tags",
+            _GEOREFERENCE,
+            needs_georeference=True,
+            extra="geo",
+            packages=("pyproj",),
+        ),
+        "osmag": Format(
+            "osmag",
+            "write_osmag",
+            "area-graph.osm",
+            "osmAG area graph",
+            _GEOREFERENCE,
+            needs_georeference=True,
+            extra="geo",
+            packages=("pyproj",),
+        ),
+        "label-image": Format(
+            "label_images",
+            "write_label_images",
+            "label-image",
+            "coloured label images and their colours",
+            needs_map=True,
+        ),
+        "picture": Format("pianta.plot.building_pictures", "write_pictures", "picture", "the picture as SVG, large"),
         "nav2-route": Format(
             "nav2_route",
             "write_route_graph",

@@ -51,12 +51,13 @@ def convert(
 
     Examples
     --------
+    >>> from pathlib import Path
     >>> import pianta
     >>> floor, _ = pianta.make_world("corridor")
     >>> pianta.convert(floor, "rooms.csv", to="csv")
     []
-    >>> open("rooms.csv", encoding="utf-8").readline().split(",")[:3]
-    ['id', 'number', 'name']
+    >>> Path("rooms.csv").read_text(encoding="utf-8")[:21]
+    'storey,id,number,name'
     """
     chosen, options = find_format(to), options or WriteOptions()
     check_options(to, options)
@@ -84,6 +85,8 @@ def check_options(name: str, options: WriteOptions) -> None:
     surplus = sorted({*options.list_changed()} - find_format(name).options)
     if surplus:
         raise OptionError(f"format {name} takes no {' and no '.join(surplus)}, leave it out")
+    if find_format(name).needs_georeference and options.georeference is None:
+        raise OptionError(f"format {name} needs longitudes and latitudes, give georeference=")
     if not 0 < options.robot_radius < 10:
         raise OptionError(f"robot_radius is {options.robot_radius}, give metres between 0 and 10")
     if not 0 < options.speed <= 100:

@@ -24,11 +24,10 @@ from pianta.errors import OptionError
 from pianta.floor import Floor, Room
 from pianta.gridmap import GridMap
 from pianta.io._files import count_noun, short_repr
-from pianta.io.valetudo import CLASS_NAME, CM_PER_METRE, VacuumMap, list_pixels, read_vacuum_map
+from pianta.io.vacuum_segments import match_segments
+from pianta.io.valetudo import CLASS_NAME, CM_PER_METRE, VacuumMap, read_vacuum_map
 from pianta.io.writers._formats import WriteOptions
 
-# A room and a segment are the same if each has this share of the other; so one segment cannot be two rooms.
-SAME_SHARE = 0.5
 # Of the corners of outlines in the card, from those of the room; metres.
 TOLERANCE = 0.05
 MAX_LISTED = 5  # rooms in a note
@@ -94,7 +93,7 @@ def write_valetudo(building: Building, target: Path, options: WriteOptions) -> l
 def _open_sheet(storey: Storey, path: Path) -> _Sheet:
     """The map of the robot, whose ids rooms get where they are its segments."""
     robot = read_vacuum_map(path)
-    numbers, new = match_segments(storey.floor, robot)
+    numbers, new = _number_rooms(storey.floor, robot)
     notes = [f"the robot has no segment for {_list_rooms(storey.floor, new)}, their ids are new"] if new else []
     data = robot.members.get("metaData")
     members = {**robot.members, "metaData": data if isinstance(data, dict) else {}}
@@ -127,8 +126,8 @@ def write_map_card(building: Building, target: Path, options: WriteOptions) -> l
     if options.robot_map is None:
         notes.append("the ids are those of pianta; give --robot-map, the map JSON of the robot, for those of the robot")
     else:
-        numbers, new = match_segments(storey.floor, read_vacuum_map(options.robot_map))
-        numbers = {room: number for room, number in numbers.items() if room not in new}
+        numbers = match_segments(storey.floor, read_vacuum_map(options.robot_map))
+        new = [room.id for room in storey.floor if room.id not in numbers]
         if new:
             notes.append(f"the robot has no segment for {_list_rooms(storey.floor, new)}, left out")
     card = {
@@ -152,19 +151,9 @@ def write_map_card(building: Building, target: Path, options: WriteOptions) -> l
     return notes
 
 
-def match_segments(floor: Floor, robot: VacuumMap) -> tuple[dict[int, str], list[int]]:
-    """The id of the robot's segment of each room, and the rooms without one, which get new ids."""
-    labels = floor.label_image(robot.grid)
-    counts = dict(zip(*np.unique(labels, return_counts=True), strict=True))
-    numbers: dict[int, str] = {}
-    for segment in robot.segments:
-        inside = labels[list_pixels(segment.runs - (*robot.corner, 0))]
-        rooms, shared = np.unique(inside[inside > 0], return_counts=True)
-        if not len(rooms):
-            continue
-        room, common = int(rooms[shared.argmax()]), int(shared.max())
-        if common > SAME_SHARE * len(inside) and common > SAME_SHARE * counts[room]:
-            numbers[room] = segment.id
+def _number_rooms(floor: Floor, robot: VacuumMap) -> tuple[dict[int, str], list[int]]:
+    """The id of the segment of each room, and the rooms that the robot does not have, whose ids are new."""
+    numbers = match_segments(floor, robot)
     new = [room.id for room in floor if room.id not in numbers]
     highest = max((int(each.id) for each in robot.segments if each.id.isdecimal() and len(each.id) < 10), default=0)
     return numbers | {room: str(highest + number) for number, room in enumerate(new, start=1)}, new

@@ -1,0 +1,103 @@
+"""What verbs print as tables, as JSON: in a file, or on stdout, which then has nothing else."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from pianta import __version__
+from pianta.floor import Floor
+from pianta.io._folders import atomic_folder, check_output_file
+from pianta.reading.reading import Reading, StoreyReading
+
+Json = Annotated[
+    Path | None,
+    typer.Option("--json", metavar="FILE", help="File for all results, JSON; - is stdout, without the tables."),
+]
+# The name of stdout.
+STDOUT = Path("-")
+DIGITS = 4  # of metres and square metres
+
+
+def check_json(file: Path | None, *, quiet: bool) -> bool:
+    """Refuse a file that cannot be written, before any work; whether nothing else is printed."""
+    if file is not None and file != STDOUT:
+        check_output_file(file, "JSON file")
+    return quiet or file == STDOUT
+
+
+def write_json(content: Mapping[str, Any], file: Path | None) -> None:
+    """Write an object with the version of pianta into a file, or on stdout; nothing without a file."""
+    if file is None:
+        return
+    text = json.dumps({"pianta": __version__, **content}, indent=1, allow_nan=False, ensure_ascii=file == STDOUT) + "\n"
+    if file == STDOUT:
+        sys.stdout.write(text)
+        sys.stdout.flush()
+        return
+    with atomic_folder(file.parent) as new:
+        (new / file.name).write_text(text, encoding="utf-8")
+
+
+def describe_readings(readings: Sequence[tuple[Reading, Path]]) -> dict[str, Any]:
+    """The rooms and doors of files, each with the folder of its results."""
+    return {
+        "files": [
+            {"file": str(reading.path), "storeys": [_describe_storey(storey, out) for storey in reading.storeys]}
+            for reading, out in readings
+        ]
+    }
+
+
+def _describe_storey(storey: StoreyReading, out: Path) -> dict[str, Any]:
+    floor = storey.floor
+    return {
+        "folder": str(out / storey.name),
+        "name": storey.name,
+        "title": storey.title,
+        "elevation": storey.elevation,
+        "building_type": dict(floor.building_type),
+        "area": round(sum(room.polygon.area for room in floor), DIGITS),
+        "messages": [*storey.messages],
+        "rooms": _list_rooms(floor),
+        "doors": [
+            {
+                "rooms": [*door.rooms],
+                "kind": door.kind,
+                "width": round(door.width, DIGITS),
+                "probability": door.probability,
+            }
+            for door in floor.doors
+        ],
+    }
+
+
+def _list_rooms(floor: Floor) -> list[dict[str, Any]]:
+    """A row for each room: its values in the graph, and the numbers of its doors."""
+    graph = floor.graph()
+    counts = Counter((room_id, door.kind) for door in floor.doors if not door.is_entrance for room_id in door.room_ids)
+    return [
+        {
+            "id": room.id,
+            "name": room.name,
+            "label": room.label,
+            "label_probability": room.label_probability,
+            "probability": room.probability,
+            "area": round(room.polygon.area, DIGITS),
+            "perimeter": round(room.polygon.length, DIGITS),
+            "doors": counts[room.id, "door"],
+            "openings": counts[room.id, "opening"],
+            "entrances": graph.nodes[room.id]["entrances"],
+            "neighbours": sorted(graph[room.id]),
+            "partial": room.partial,
+            "predicted_area": room.predicted and round(room.predicted.area, DIGITS),
+            "confidence": room.confidence,
+        }
+        for room in floor
+    ]

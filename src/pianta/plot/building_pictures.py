@@ -1,0 +1,39 @@
+"""The picture of a floor as SVG, which stays sharp at any size."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from pianta.building import Building, Storey
+from pianta.io.writers._formats import WriteOptions
+from pianta.labels import ALL_SCHEMAS
+from pianta.plot.floor import plot_floor
+from pianta.plot.picture import find_extent, new_picture, plot_scale_bar, show_extent
+
+# A floor with more rooms has a larger picture, so that lines are thin beside its rooms; chosen by hand.
+USUAL_ROOMS = 40
+# matplotlib makes ids of this text instead of chance, so that the same floor gives the same bytes.
+SALT = "pianta"
+
+
+def write_pictures(building: Building, target: Path, _: WriteOptions) -> list[str]:
+    """picture.svg, or STOREY.svg for each storey: the rooms on the map with their ids, and the doors."""
+    for storey in building:
+        _draw(storey, target / f"{storey.name or 'picture'}.svg")
+    return []
+
+
+def _draw(storey: Storey, path: Path) -> None:
+    from matplotlib import rc_context
+
+    if not storey.floor.rooms and storey.grid is None:
+        path.write_text('<svg xmlns="http://www.w3.org/2000/svg"/>\n', encoding="utf-8")
+        return
+    extent = find_extent(storey.floor, storey.grid)
+    figure, ax = new_picture(extent)
+    figure.set_size_inches(figure.get_size_inches() * max(1.0, (len(storey.floor) / USUAL_ROOMS) ** 0.5))
+    plot_floor(storey.floor, storey.grid, ax=ax, schemas=ALL_SCHEMAS)
+    show_extent(extent, ax)
+    plot_scale_bar(ax=ax)
+    with rc_context({"svg.hashsalt": SALT}):
+        figure.savefig(path, format="svg", metadata={"Date": None})
