@@ -1,6 +1,7 @@
 """Plans to clean a floor: lanes around obstacles, the order of rooms, and how much is swept."""
 
 import json
+from collections.abc import Iterable
 from itertools import pairwise, permutations
 
 import networkx as nx
@@ -47,8 +48,8 @@ def test_swept_cells_are_those_within_the_radius():
     assert sorted(zip(rows.tolist(), cols.tolist(), strict=True)) == expected
 
 
-def distance_to(row, col):
-    return LineString([(10, 5), (10, 15)]).distance(shapely.Point(row, col))
+def distance_to(row: int, col: int) -> float:
+    return float(LineString([(10, 5), (10, 15)]).distance(shapely.Point(row, col)))
 
 
 @pytest.mark.parametrize("world", ["corridor", "home", "ring"])
@@ -97,8 +98,8 @@ def test_the_tour_is_the_shortest():
     first, *others = plan.rooms
     assert 4 <= len(others) <= 8
 
-    def measure(order):
-        return sum(lengths[a][b] for a, b in pairwise((first, *order, first)))
+    def measure(order: Iterable[int]) -> float:
+        return float(sum(lengths[a][b] for a, b in pairwise((first, *order, first))))
 
     assert measure(others) == pytest.approx(min(map(measure, permutations(others))))
 

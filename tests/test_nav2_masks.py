@@ -2,10 +2,13 @@
 
 import json
 from math import cos, hypot, pi
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 import yaml
+from numpy.typing import NDArray
 from PIL import Image
 from shapely import LineString, box
 
@@ -17,11 +20,11 @@ from pianta.navigation.waypoints import find_approaches, find_room_poses
 from tests.test_nav2_route import FLOOR, GRID, NAME
 
 
-def make_options(**options):
+def make_options(**options: Any) -> WriteOptions:
     return WriteOptions(**options)
 
 
-def read_raw(path):
+def read_raw(path: Path) -> tuple[dict[str, Any], NDArray[np.int_]]:
     """The cells of a mask, row 0 at the top, by the rules of mode raw: grey 0 … 100 is the value, above is unknown."""
     keys = yaml.safe_load(path.read_text())
     assert keys["mode"] == "raw"

@@ -21,8 +21,9 @@ LANE_SPACING = 0.9
 MIN_PATCH = 0.06
 # Metres between points of a path from which a robot visits a patch.
 INSERT_STEP = 0.5
-# Metres around two points in which the way between them is looked for first, and then.
-MARGINS = (1.0, 3.0, 8.0, 20.0, inf)
+# Where a way between two points is looked for, one after the other: metres around them, and the cells between points
+# of the lattice. Chosen by hand.
+SEARCHES = ((1.0, 1), (5.0, 4), (20.0, 4), (inf, 4), (inf, 1))
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,24 +110,30 @@ def connect_points(area: SweepArea, points: list[Cell]) -> Indices:
 
 
 def find_way(area: SweepArea, start: Cell, end: Cell) -> Indices:
-    """The corners of a way between two cells of the window, or of the whole floor where the window has none."""
+    """The corners of a way between two cells of the window; only its start where the floor has none."""
     space, corner = area.space, np.array(area.corner)
     ends = np.array([start, end]) + corner
-    for margin in MARGINS:
-        reach = margin / space.grid.resolution
-        low = np.maximum(ends.min(axis=0) - min(reach, max(space.open.shape)), 0).astype(int)
-        high = (ends.max(axis=0) + min(reach, max(space.open.shape))).astype(int) + 1
-        way = _find_way_in(space, (int(low[0]), int(low[1])), space.open[low[0] : high[0], low[1] : high[1]], ends)
+    for margin, stride in SEARCHES:
+        reach = min(margin / space.grid.resolution, max(space.open.shape))
+        low, high = np.maximum(ends.min(axis=0) - reach, 0).astype(int), (ends.max(axis=0) + reach).astype(int) + 1
+        window = slice(low[0], high[0]), slice(low[1], high[1])
+        way = _find_way_in(space, (int(low[0]), int(low[1])), space.open[window], ends, stride)
         if way is not None:
-            return way - corner
-    return np.array([start, end])[:1]
+            return np.asarray(way - corner, np.intp)
+    return np.array([start])
 
 
-def _find_way_in(space: FreeSpace, corner: Cell, part: Mask, ends: Indices) -> Indices | None:
+def _find_way_in(space: FreeSpace, corner: Cell, part: Mask, ends: Indices, stride: int) -> Indices | None:
+    """The corners of the shortest way over every stride-th cell of a part of the map; None without one."""
     from scipy.sparse.csgraph import dijkstra
 
-    lattice = build_lattice(space, part, corner, 1)
-    first, last = (lattice.find_point((int(row), int(col))) for row, col in ends)
+    near = [_find_lattice_cell(space, (int(row), int(col)), stride) for row, col in ends]
+    if None in near:
+        return None
+    lattice = build_lattice(space, part, corner, stride)
+    first, last = (lattice.find_point(cell) for cell in near if cell is not None)
+    if -1 in (first, last):
+        return None
     costs, previous = dijkstra(lattice.costs, directed=False, indices=first, return_predecessors=True)
     if costs[last] == inf:
         return None
@@ -134,7 +141,16 @@ def _find_way_in(space: FreeSpace, corner: Cell, part: Mask, ends: Indices) -> I
     while numbers[-1] != first:
         numbers.append(int(previous[numbers[-1]]))
     numbers.reverse()
-    return straighten_way(space, lattice.points[numbers], costs[numbers])
+    corners = straighten_way(space, lattice.points[numbers], costs[numbers])
+    return np.concatenate([ends[:1], corners, ends[1:]])
+
+
+def _find_lattice_cell(space: FreeSpace, cell: Cell, stride: int) -> Cell | None:
+    """A cell whose row and col are multiples of a stride, in sight of a cell beside it; None without one."""
+    rows, cols = ({index - index % stride, index + -index % stride} for index in cell)
+    height, width = space.open.shape
+    choices = [(row, col) for row in sorted(rows) for col in sorted(cols) if row < height and col < width]
+    return next((choice for choice in choices if space.is_straight(cell, choice)), None)
 
 
 def _follow_lanes(lanes: Lanes, ordered: list[Lane] | tuple[Lane, ...], start: Cell) -> list[Cell]:
@@ -180,7 +196,9 @@ def _insert_visits(area: SweepArea, path: Indices, visits: list[list[Cell]]) -> 
     step = INSERT_STEP / area.space.grid.resolution
     points: list[Cell] = []
     for start, end in pairwise(path.tolist()):
-        pieces = max(round(dist(start, end) / step), 1)
+        # A slanting line would leave its cells by rounding
+        is_lane = start[0] == end[0] or start[1] == end[1]
+        pieces = max(round(dist(start, end) / step), 1) if is_lane else 1
         points += [(round(row), round(col)) for row, col in np.linspace(start, end, pieces + 1)[:-1].tolist()]
     points.append((int(path[-1][0]), int(path[-1][1])))
     inserts: dict[int, list[Cell]] = {}
@@ -189,8 +207,8 @@ def _insert_visits(area: SweepArea, path: Indices, visits: list[list[Cell]]) -> 
         to_first, to_last = (np.hypot(*(array - end).T) for end in (visit[0], visit[-1]))
         index = int((to_first + to_last).argmin())
         inserts.setdefault(index, []).extend(visit if to_first[index] <= to_last[index] else visit[::-1])
-    pieces = [connect_points(area, [point, *inserts.get(index, []), point]) for index, point in enumerate(points)]
-    return _drop_straight_points(np.concatenate(pieces))
+    loops = [connect_points(area, [point, *inserts.get(index, []), point]) for index, point in enumerate(points)]
+    return _drop_straight_points(np.concatenate(loops))
 
 
 def _drop_straight_points(path: Indices) -> Indices:
@@ -201,4 +219,4 @@ def _drop_straight_points(path: Indices) -> Indices:
     turns = before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0]
     ahead = (before * after).sum(axis=1)
     keep = np.concatenate([[True], (turns != 0) | (ahead < 0), [True]])
-    return path[keep]
+    return np.asarray(path[keep])

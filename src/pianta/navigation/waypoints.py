@@ -58,8 +58,8 @@ def find_approaches(floor: Floor, grid: GridMap, *, robot_radius: float = ROBOT_
     space = find_free_space(floor, grid, robot_radius)
     approaches = []
     for index, (door, cell) in enumerate(zip(floor.doors, locate_doors(space, floor), strict=True)):
-        for room in door.room_ids if cell is not None else ():
-            pose = _find_approach(space, floor, door, room, cell)
+        for room in door.room_ids:
+            pose = None if cell is None else _find_approach(space, floor, door, room, cell)
             approaches += [Approach(index, room, pose)] if pose else []
     return approaches
 

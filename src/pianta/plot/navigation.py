@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import networkx as nx
 
@@ -111,5 +111,5 @@ def _draw_below(floor: Floor, grid: GridMap | None, ax: Axes | None) -> Axes:
     return ax
 
 
-def _style_number() -> dict[str, object]:
+def _style_number() -> dict[str, Any]:
     return {"fontsize": 7, "color": "white", "bbox": {"boxstyle": "circle,pad=0.15", "fc": WAY_COLOR, "ec": "none"}}
