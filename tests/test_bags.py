@@ -11,6 +11,8 @@ from pianta.errors import MapError, MapWarning, OptionError
 
 pytest.importorskip("rosbags")
 
+from rosbags.rosbag2 import Writer
+
 from pianta.io.bags import UPDATE_TYPE, iterate_bag
 from tests.bag_files import GRID_TYPE, ROS1, ROS2, make_grid, make_grid_of_map, make_header, make_update, write_bag
 from tests.command_line import run_pianta
@@ -123,6 +125,12 @@ class TestTopics:
     def test_another_name(self, tmp_path):
         with pytest.raises(OptionError, match="has no map on topic '/c', give one of /a, /b"):
             pianta.read_map(self.write_two(tmp_path), topic="/c")
+
+    def test_a_topic_without_a_message(self, tmp_path):
+        with Writer(tmp_path / "run", version=9) as writer:
+            writer.add_connection("/map", GRID_TYPE, typestore=ROS2)
+        with pytest.raises(MapError, match="has the topic and no message of it"):
+            pianta.read_map(tmp_path / "run")
 
     def test_none_has_a_map(self, tmp_path):
         path = write_bag(tmp_path / "run", [("/clock", "std_msgs/msg/Header", make_header(ROS2))])

@@ -116,7 +116,7 @@ class TestCorrect:
         assert floor_of(building)[6].name == "Both"
         code, out, err = run_pianta("correct", building, "--merge", 8, 9, "--name", 9, "Gone")
         assert (code, out) == (2, "")
-        assert err == "error: --name '9' 'Gone': there is no room 9, the ids of the floor are 1 … 11\n"
+        assert err == "error: --name '9' 'Gone': there is no room 9, the ids of the floor are 1 … 6, 8, 10, 11\n"
         assert len(read_corrections(building / "corrections.json")) == 3
 
     def test_labels_are_found_in_any_case_and_taken_away(self, building):
@@ -171,6 +171,15 @@ class TestUndo:
         correct(building, "--split", 8, SPLIT_8)
         correct(building, "--undo", 1, "--split", 2, "6,2.4 6,8.25")
         assert ids_of(building)[:3] == [1, 2, 13]
+
+    def test_ids_stay_when_a_scale_is_taken_back(self, building):
+        correct(building, "--split", 8, SPLIT_8, "--delete", 2)
+        before = {room.id: room.polygon.centroid for room in floor_of(building)}
+        correct(building, "--length", "0,0 5,0", 6.5)
+        correct(building, "--undo", 1)
+        after = {room.id: room.polygon.centroid for room in floor_of(building)}
+        assert after.keys() == before.keys()
+        assert all(after[room_id].distance(before[room_id]) < 0.01 for room_id in before)
 
     def test_more_than_there_are_is_refused(self, building):
         correct(building, "--name", 2, "Bar")
@@ -313,6 +322,14 @@ class TestFoldersThatChange:
         floor = floor_of(building)
         assert (floor[2].name, floor[3].name) == ("A", "B")
 
+    @pytest.fixture
+    def foreground(self) -> Iterator[None]:
+        """SIGINT as a program in the foreground has it; a shell ignores it for one in the background."""
+        before = signal.signal(signal.SIGINT, signal.default_int_handler)
+        yield
+        signal.signal(signal.SIGINT, before)
+
+    @pytest.mark.usefixtures("foreground")
     def test_ctrl_c_between_two_files_of_a_save_comes_after_the_last_one(self, building, monkeypatch):
         replace_file = Path.replace
 

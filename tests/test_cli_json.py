@@ -37,7 +37,7 @@ def map_file(tmp_path_factory):
     return path
 
 
-@pytest.mark.parametrize("verb", ["score", "evacuate"])
+@pytest.mark.parametrize("verb", ["score", "evacuate", "patterns"])
 def test_stdout_has_the_json_alone(path, tmp_path, verb):
     arguments = [verb, path, *([path] if verb == "score" else [])]
     code, out, err = run_pianta(*arguments, "--json", "-")

@@ -148,6 +148,14 @@ class TestDoorways:
                 assert {points.start, points.middle, points.end} <= corners
         assert polygons[1].intersection(polygons[3]).area == pytest.approx(0, abs=1e-9)
 
+    def test_what_a_room_has_across_its_door_goes_to_the_other_room(self):
+        # The border is at y = 3.1, the line of the door at y = 3
+        rooms = Room(1, box(0, 0, 4, 3.1)), Room(2, box(0, 3.1, 4, 6))
+        polygons = reach_doors(Floor(rooms, (Door((1, 2), LineString([(1, 3), (2, 3)]), 1.0),)))
+        assert [polygons[room].area for room in (1, 2)] == pytest.approx([12.3, 11.7])
+        assert all((1.5, 3) in polygons[room].exterior.coords for room in (1, 2))
+        assert polygons[1].intersection(polygons[2]).area == pytest.approx(0, abs=1e-9)
+
     def test_a_door_far_from_its_room_leaves_the_room_as_it_is(self):
         room = Room(1, box(0, 0, 4, 3))
         far = Floor((room,), (Door((1, None), LineString([(1, 9), (2, 9)]), 1.0),))

@@ -76,6 +76,8 @@ def test_it_is_shown_in_a_browser(browser, tmp_path):
     frame = page.frame_locator("iframe")
     frame.locator("#rooms tbody tr").first.wait_for()
     assert frame.locator("#rooms tbody tr").count() == 3
+    # Texts are placed after the list
+    frame.locator(".room-text").nth(2).wait_for()
     assert sorted(frame.locator(".room-text").all_text_contents()) == ["1\nOFFICE", "2\nBar\nKITCHEN", "3\nCORRIDOR"]
     frame.locator("#rooms tbody tr", has_text="KITCHEN").click()
     assert "Room 2" in frame.locator("#selected").inner_text()

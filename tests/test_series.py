@@ -67,6 +67,19 @@ def test_one_message_is_no_series(bag):
         pianta.read_series(bag, message=1)
 
 
+@pytest.mark.parametrize("flag", [["--explain"], ["--clean", "clean.yaml"], ["--storey", "ground"]])
+def test_flags_of_one_map(bag, tmp_path, flag):
+    result = run_pianta("read", bag, "-o", tmp_path, "--message", "all", *flag)
+    assert result.code == 2
+    assert f"--message all is a series of maps, leave out {flag[0]}" in result.err
+
+
+def test_several_bags(bag, tmp_path):
+    result = run_pianta("read", bag, bag, "-o", tmp_path, "--message", "all")
+    assert result.code == 2
+    assert "is for one bag and 2 files are given" in result.err
+
+
 @pytest.mark.parametrize("message", ["first", "-1", "1.5", ""])
 def test_messages_of_the_command(bag, tmp_path, message):
     result = run_pianta("read", bag, "-o", tmp_path, f"--message={message}")

@@ -3,9 +3,11 @@
 import os
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 from threading import Event, Thread
 from time import monotonic, sleep
+from typing import Any
 
 import numpy as np
 import pytest
@@ -154,7 +156,7 @@ class TestDds:
         def subscribe_first(topic, **options):
             maps = subscribe(topic, **options)
             started.set()
-            return maps
+            return until_deadline(maps)
 
         monkeypatch.setattr("pianta.cli.watch.iterate_topic", subscribe_first)
 
@@ -181,8 +183,13 @@ class TestDds:
         assert "rooms" in first
         assert "kept their ids" in second
 
-    def test_a_map_that_was_published_before(self, grids, tmp_path):
+    def test_a_map_that_was_published_before(self, grids, tmp_path, monkeypatch):
         """The publisher is another process; the map is latched."""
+        from pianta.ros.dds_topics import iterate_topic
+
+        monkeypatch.setattr(
+            "pianta.cli.watch.iterate_topic", lambda *names, **options: until_deadline(iterate_topic(*names, **options))
+        )
         grids[0].save(tmp_path / "map.npz")
         command = [sys.executable, "-m", "tests.dds_publisher", "65", "/map", str(tmp_path / "map.npz")]
         environment = {**os.environ, "PYTHONPATH": f"{ROOT / 'src'}{os.pathsep}{ROOT}"}
@@ -196,3 +203,11 @@ class TestDds:
             publisher.stdin.close()
         assert result.code == 0
         assert (tmp_path / "building" / "floor.geojson").exists()
+
+
+def until_deadline(maps: Iterator[Any]) -> Iterator[Any]:
+    """The maps; a test that waits in vain fails."""
+    end = monotonic() + DEADLINE
+    for grid in maps:
+        assert monotonic() < end, "no map has arrived"
+        yield grid

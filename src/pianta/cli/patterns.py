@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
@@ -10,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from pianta import __version__
+from pianta.cli.json_output import Json, check_json, write_json
 from pianta.cli.terminal import Quiet, print_error, print_result, track_items
 from pianta.errors import OptionError, PiantaError
 from pianta.floor import Floor
@@ -51,6 +50,7 @@ def find_patterns(
     labels: Labels = True,
     shuffles: Shuffles = SHUFFLES,
     seed: Seed = 0,
+    json_file: Json = None,
     quiet: Quiet = False,
 ) -> None:
     """Find the model floor plan: groups of rooms that a floor repeats.
@@ -64,6 +64,7 @@ def find_patterns(
     `pianta read`. If a floor cannot be read, the others still are; the exit
     code is then 1.
     """
+    quiet = check_json(json_file, quiet=quiet)
     if out:
         check_output_folder(out)
     files = list_buildings(floors)
@@ -81,6 +82,7 @@ def find_patterns(
             continue
         if not quiet:
             _print_plan(", ".join(floor.source for floor in building), plans[-1][1], building)
+    write_json({"buildings": [_describe(building, plan) for building, plan in plans]}, json_file)
     if out:
         _save(plans, out)
     if len(read) < len(files) or len(plans) < len(buildings):
@@ -151,13 +153,14 @@ def _save(plans: Sequence[tuple[list[Floor], ModelFloorPlan]], out: Path) -> Non
     with atomic_folder(out) as new:
         for building, plan in plans:
             floor_names = [next(names) for _ in building]
-            floors = [floor.source for floor in building]
-            content = {"pianta": __version__, "floors": floors, **plan.as_json()}
-            text = json.dumps(content, indent=1, allow_nan=False, ensure_ascii=False) + "\n"
-            (new / f"{floor_names[0]}.json").write_text(text, encoding="utf-8")
+            write_json(_describe(building, plan), new / f"{floor_names[0]}.json")
             for storey, (floor, name) in enumerate(zip(building, floor_names, strict=True)):
                 if floor.rooms:
                     save_figure(_draw(floor, plan, storey), new / f"{name}.png")
+
+
+def _describe(building: Sequence[Floor], plan: ModelFloorPlan) -> dict[str, object]:
+    return {"floors": [floor.source for floor in building], **plan.as_json()}
 
 
 def _draw(floor: Floor, plan: ModelFloorPlan, storey: int) -> Figure:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
@@ -230,6 +230,9 @@ def read_maps(
         "predict_partial": not no_predictions,
     }
     if message == "all":
+        _refuse_with_all(
+            {"--clean": clean, "--explain": explain, "--storey": storeys, "--stairs": stairs, "--lift": lifts}
+        )
         _finish(_read_series(maps, out, options, walls=walls, graph=graph, quiet=quiet), out, json_file, expected=1)
         return
     options["message"] = _parse_message(message)
@@ -284,6 +287,13 @@ def _read_several(
             joined = count_noun(len(building.links), "link")
             print_result(f"{count_noun(len(building), 'storey')}, {joined} by stairs and lifts, in {out}")
     return readings
+
+
+def _refuse_with_all(flags: Mapping[str, object]) -> None:
+    """Raise OptionError for flags that a series of maps does not have."""
+    surplus = [flag for flag, value in flags.items() if value]
+    if surplus:
+        raise OptionError(f"--message all is a series of maps, leave out {' and '.join(surplus)}")
 
 
 def _parse_message(text: str) -> Message:

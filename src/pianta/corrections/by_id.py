@@ -19,9 +19,19 @@ def find_by_id(floor: Floor, room_id: int) -> Room:
     Raises CorrectionError without one.
     """
     if room_id not in floor:
-        numbers = f"1 … {max(room.id for room in floor)}" if len(floor) else "none"
-        raise CorrectionError(f"there is no room {room_id}, the ids of the floor are {numbers}")
+        raise CorrectionError(f"there is no room {room_id}, the ids of the floor are {_list_ids(floor)}")
     return floor[room_id]
+
+
+def _list_ids(floor: Floor) -> str:
+    """The ids of the rooms, three or more in a row by the first and the last of them: "1 … 4, 6"."""
+    runs: list[list[int]] = []
+    for room_id in sorted(room.id for room in floor):
+        if runs and room_id == runs[-1][-1] + 1:
+            runs[-1].append(room_id)
+        else:
+            runs.append([room_id])
+    return ", ".join(f"{run[0]} … {run[-1]}" if len(run) > 2 else ", ".join(map(str, run)) for run in runs) or "none"
 
 
 def position_of(floor: Floor, room_id: int) -> XY:

@@ -66,8 +66,9 @@ def atomic_folder(folder: Path) -> Iterator[Path]:
 @contextmanager
 def _without_interrupts() -> Iterator[None]:
     """A block that Ctrl+C does not end; KeyboardInterrupt comes after it."""
-    # Python interrupts the main thread alone
-    if threading.current_thread() is not threading.main_thread():
+    # Python interrupts the main thread alone, and not in the background of a shell, where the signal is ignored
+    is_ignored = signal.getsignal(signal.SIGINT) == signal.SIG_IGN
+    if is_ignored or threading.current_thread() is not threading.main_thread():
         yield
         return
     interrupts: list[object] = []

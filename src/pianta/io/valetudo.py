@@ -25,10 +25,10 @@ from pianta.io._files import MAX_CELLS, check_byte_count, check_cell_count
 CLASS_NAME = "ValetudoMap"
 CM_PER_METRE = 100
 # Limits against hostile files; the largest map in the data has 0.3 MB, 15 layers and 110 000 pixels.
-MAX_FILE_BYTES = 2**26
+MAX_FILE_BYTES = 2**24
 MAX_LAYERS = 1000
 MAX_PIXEL = 100_000  # column or row
-MAX_PIXELS = 50_000_000  # of all layers
+MAX_PIXELS = 5_000_000  # of all layers
 _PNG = b"\x89PNG\r\n\x1a\n"
 # The chunk of compressed text, and its keyword, in the PNGs that Valetudo sends over MQTT.
 _TEXT_CHUNK, _KEYWORD = b"zTXt", CLASS_NAME.encode()

@@ -35,5 +35,8 @@ def _draw(storey: Storey, path: Path) -> None:
     plot_floor(storey.floor, storey.grid, ax=ax, schemas=ALL_SCHEMAS)
     show_extent(extent, ax)
     plot_scale_bar(ax=ax)
+    for image in ax.images:
+        # The cells of the map themselves, which take half the time of pixels
+        image.set_interpolation("none")
     with rc_context({"svg.hashsalt": SALT}):
         figure.savefig(path, format="svg", metadata={"Date": None})

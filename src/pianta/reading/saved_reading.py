@@ -23,7 +23,7 @@ from pianta.corrections.correct import Outcome, correct, correct_all
 from pianta.corrections.corrections_file import FILE_NAME, read_corrections, save_corrections
 from pianta.corrections.kinds import Correction, SetType, move_correction
 from pianta.errors import CorrectionError, FloorError, MapError
-from pianta.floor import Floor
+from pianta.floor import Floor, scale_floor
 from pianta.gridmap import GridMap
 from pianta.io._files import short_repr
 from pianta.io._folders import atomic_folder
@@ -106,9 +106,13 @@ class SavedReading:
     def keep(self, corrections: Sequence[Correction]) -> SavedReading:
         """The reading with these corrections alone; rooms that were there before have their ids."""
         corrected, outcomes = correct_all(self.uncorrected, corrections)
-        floor = keep_words(keep_room_ids(corrected, self.floor, earlier=[self.uncorrected]), corrected)
+        factor = measure_factor(outcomes)
+        change = factor / measure_factor(self.outcomes)
+        # Rooms are compared by their places, so that all floors have to be in the same metres
+        previous, earlier = scale_floor(self.floor, change, change), scale_floor(self.uncorrected, factor, factor)
+        floor = keep_words(keep_room_ids(corrected, previous, earlier=[earlier]), corrected)
         floor = label_by_given_type(floor, corrections)
-        grid = self._scale_grid(measure_factor(outcomes) / measure_factor(self.outcomes))
+        grid = self._scale_grid(change)
         return replace(self, floor=floor, corrections=tuple(corrections), outcomes=tuple(outcomes), grid=grid)
 
     def carry_over(self, floor: Floor, grid: GridMap) -> CarriedOver:

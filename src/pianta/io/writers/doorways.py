@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
+from math import hypot
 
-from shapely import LineString, MultiPoint, Point, Polygon
-from shapely.ops import nearest_points
+from shapely import LineString, MultiPolygon, Point, Polygon, unary_union
 
 from pianta.floor import Door, Floor
 
-# How far the doorway reaches into the room, so that both overlap, metres; chosen by hand.
-OVERLAP = 0.05
-# A line further from the outline of its room is not joined, metres: thicker than walls are.
-REACH = 1.5
+# How far a room may be from the line of its door, or reach across it, metres: half of a thick wall; chosen by hand.
+REACH = 0.6
+# What is cut off across a door may be as large, square metres; a room that would lose more keeps its outline.
+MAX_LOST = 0.5
 # Points are one if they are as close, metres.
 SAME = 1e-6
 
@@ -37,36 +37,49 @@ def place_points(door: Door) -> DoorPoints:
 
 
 def reach_doors(floor: Floor) -> Mapping[int, Polygon]:
-    """The polygon of each room by its id, up to the lines of its doors, whose points are corners of it."""
+    """The polygon of each room by its id, up to the lines of its doors, whose points are corners of it.
+
+    Outlines of maps end before a door, or reach across it by some cells.
+    """
     polygons = {room.id: room.polygon for room in floor}
     for door in floor.doors:
         points = place_points(door)
-        for room_id in door.room_ids:
-            polygons[room_id] = _insert_points(_reach(polygons[room_id], points), points)
+        if points.start != points.end:
+            for room_id, side in _choose_sides(polygons, door, points).items():
+                polygons[room_id] = _insert_points(_reach(polygons[room_id], points, side), points)
     return polygons
 
 
-def _reach(polygon: Polygon, points: DoorPoints) -> Polygon:
-    """The polygon with the doorway between the door and its outline, unless that would divide it."""
-    ends = [Point(points.start), Point(points.end)]
-    if any(polygon.distance(end) > REACH for end in ends) or max(map(polygon.boundary.distance, ends)) < SAME:
-        return polygon
-    inner = [*_step_inside(polygon, ends)]
-    doorway = MultiPoint([*ends, *inner]).convex_hull
-    # Where a doorway is no strip, the outline stays as it is
-    if not isinstance(doorway, Polygon) or LineString([points.start, points.end]).crosses(polygon):
-        return polygon
-    joined = polygon.union(doorway)
-    return joined if isinstance(joined, Polygon) and joined.is_valid else polygon
+def _choose_sides(polygons: Mapping[int, Polygon], door: Door, points: DoorPoints) -> Mapping[int, int]:
+    """For each room of a door 1 if it is left of the line from start to end, and -1 if it is right of it."""
+    left, right = (_make_strip(points, side) for side in (1, -1))
+    leaning = {
+        room: polygons[room].intersection(left).area - polygons[room].intersection(right).area for room in door.room_ids
+    }
+    ordered = sorted(leaning, key=lambda room: -leaning[room])
+    if len(ordered) == 1:
+        return {ordered[0]: 1 if leaning[ordered[0]] > 0 else -1}
+    return dict(zip(ordered, (1, -1), strict=True))
 
 
-def _step_inside(polygon: Polygon, ends: list[Point]) -> Iterator[Point]:
-    """The points of the outline that are nearest to the ends, moved on into the room."""
-    for end in ends:
-        near, _ = nearest_points(polygon, end)
-        distance = near.distance(end)
-        share = OVERLAP / distance if distance > SAME else 0.0
-        yield Point(near.x + share * (near.x - end.x), near.y + share * (near.y - end.y))
+def _make_strip(points: DoorPoints, side: int) -> Polygon:
+    """The rectangle on one side of a door, as wide as the door and REACH deep."""
+    (x0, y0), (x1, y1) = points.start, points.end
+    length = hypot(x1 - x0, y1 - y0)
+    dx, dy = -(y1 - y0) / length * REACH * side, (x1 - x0) / length * REACH * side
+    return Polygon([(x0, y0), (x1, y1), (x1 + dx, y1 + dy), (x0 + dx, y0 + dy)])
+
+
+def _reach(polygon: Polygon, points: DoorPoints, side: int) -> Polygon:
+    """The polygon with the doorway up to the line of the door, and without what it has across the line."""
+    near = polygon.intersection(_make_strip(points, side))
+    if near.area <= 0:
+        return polygon
+    doorway = unary_union([near, LineString([points.start, points.end])]).convex_hull
+    joined = polygon.difference(_make_strip(points, -side)).union(doorway)
+    largest = max(joined.geoms, key=lambda part: part.area) if isinstance(joined, MultiPolygon) else joined
+    is_usable = isinstance(largest, Polygon) and largest.is_valid and polygon.difference(largest).area <= MAX_LOST
+    return largest if is_usable else polygon
 
 
 def _insert_points(polygon: Polygon, points: DoorPoints) -> Polygon:
