@@ -212,7 +212,8 @@ def _insert_visits(area: SweepArea, path: Indices, visits: list[list[Cell]]) -> 
 
 
 def _drop_straight_points(path: Indices) -> Indices:
-    """The path without corners at which it goes straight on."""
+    """The path without repeated corners and those at which it goes straight on."""
+    path = path[np.concatenate([[True], (np.diff(path, axis=0) != 0).any(axis=1)])]
     if len(path) < 3:
         return path
     before, after = path[1:-1] - path[:-2], path[2:] - path[1:-1]
