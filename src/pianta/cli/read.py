@@ -70,7 +70,7 @@ Maps = Annotated[
     typer.Argument(
         metavar="FILE",
         help="A map.yaml, NumPy archive (.npz), image, GeoTIFF, rosbag, Valetudo's JSON, PCD or PLY; a plan as image, "
-        "DXF, SVG, PDF or IFC.",
+        "DXF, SVG, PDF, IFC or .sh3d.",
     ),
 ]
 Out = Annotated[Path, typer.Option("--out", "-o", help="Folder for the results; created if necessary.")]

@@ -6,6 +6,7 @@ import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from types import MappingProxyType
 
 import numpy as np
 from shapely import unary_union
@@ -15,6 +16,7 @@ from pianta.floor import Floor, scale_floor
 from pianta.gridmap import UNKNOWN, GridMap
 from pianta.io._files import MAX_CELLS, short_repr
 from pianta.io.drawings.ifc import read_ifc_plan
+from pianta.io.drawings.sweethome3d import read_sweethome3d
 from pianta.io.images import Source, path_of
 from pianta.layout.reconstruct import DEFAULT_METHOD, check_method
 from pianta.plan.doors.lines import PlanDoors, find_doors
@@ -32,8 +34,9 @@ from pianta.plan.text.room_names import name_rooms
 from pianta.plan.walls.floor_map import draw_floor_map, use_named_walls
 from pianta.plan.walls.segmentation import NETWORKS, has_walls, segment_sheet
 
-IFC_SUFFIX = ".ifc"
-# The frame of a storey of an IFC
+# Formats of buildings with storeys, in metres; all others are sheets.
+STOREY_READERS = MappingProxyType({".ifc": read_ifc_plan, ".sh3d": read_sweethome3d})
+# The frame of a storey
 CELL = 0.05  # m; larger for storeys that would have too many cells
 MARGIN = 1.0  # m around the rooms
 MAX_SIDE_CELLS = 8000  # cells of the longer side
@@ -100,7 +103,7 @@ def read_plan(
     Parameters
     ----------
     source
-        A picture, DXF, SVG, PDF or IFC.
+        A picture, DXF, SVG, PDF, IFC or .sh3d.
     resolution
         Metres per pixel of a picture, per unit of a vector drawing; None to find it in the plan.
     page
@@ -148,7 +151,7 @@ def read_plan(
     """
     check_method(method)
     path = path_of(source)
-    if Path(path).suffix.lower() == IFC_SUFFIX:
+    if Path(path).suffix.lower() in STOREY_READERS:
         _refuse_options(path, {"page=": page, "resolution=": resolution, "symbols=": symbols})
         return PlanReading(read_storeys(path), None)
     templates = builtin_templates() + (read_symbol_folder(symbols) if symbols else ())
@@ -184,10 +187,11 @@ def read_plan(
 
 
 def _refuse_options(path: str | Path, options: Mapping[str, object]) -> None:
-    """Raise OptionError for options of drawings that an IFC has no use for."""
+    """Raise OptionError for options of drawings that a file with storeys in metres has no use for."""
     useless = " and ".join(name for name, value in options.items() if value is not None)
     if useless:
-        raise OptionError(f"plan {short_repr(path)} is an IFC and no drawing, leave out {useless}")
+        noun = "an IFC" if Path(path).suffix.lower() == ".ifc" else "a home of Sweet Home 3D"
+        raise OptionError(f"plan {short_repr(path)} is {noun} and no drawing, leave out {useless}")
 
 
 def _read_texts(sheet: Sheet, path: str | Path) -> tuple[PlacedText, ...]:
@@ -220,12 +224,12 @@ def _scale_and_name(
 
 
 def read_storeys(path: str | Path) -> tuple[PlanFloor, ...]:
-    """Each storey of an IFC that has rooms, the lowest first.
+    """Each storey of an IFC or .sh3d that has rooms, the lowest first.
 
-    Warnings and errors as of read_ifc_plan.
+    Warnings and errors as of read_ifc_plan and read_sweethome3d.
     """
     floors = []
-    for storey in read_ifc_plan(path):
+    for storey in STOREY_READERS[Path(path).suffix.lower()](path):
         grid = _frame(storey.floor)
         scale = PlanScale(grid.resolution, "the units of the file", 1.0)
         floors.append(PlanFloor(storey.floor, grid, scale, storey.name, storey.elevation))

@@ -73,7 +73,7 @@ def read(
     Parameters
     ----------
     path
-        A map, as of `read_map`; a plan as image, DXF, SVG, PDF or IFC.
+        A map, as of `read_map`; a plan as image, DXF, SVG, PDF, IFC or .sh3d.
     input_kind
         "map" or "plan"; None to detect it.
     resolution

@@ -136,9 +136,9 @@ class Reading:
     @property
     def building(self) -> Building:
         """The storeys with their maps, the lowest first, and the stairs and lifts that join them."""
-        # Floors of a sheet lie beside each other, and those of an IFC above each other
+        # Floors of a sheet lie beside each other, and those of an IFC or .sh3d above each other
         storeys = [Storey(each.floor, each.name, each.elevation, each.grid, each.title) for each in self.storeys]
-        return make_building(storeys, self.path.stem, one_frame=self.path.suffix.lower() == ".ifc")
+        return make_building(storeys, self.path.stem, one_frame=self.path.suffix.lower() in {".ifc", ".sh3d"})
 
     @property
     def grid(self) -> GridMap:

@@ -211,7 +211,7 @@ class _Reader:
         joined = list(dict.fromkeys(rooms[space].id for space, _ in bounded if space in rooms))
         is_outer = any(boundary.startswith("EXTERNAL") for _, boundary in bounded)
         if len(joined) != 2 and not (len(joined) == 1 and is_outer):
-            beside = _rooms_beside(line, list(rooms.values()))
+            beside = rooms_beside(line, list(rooms.values()))
             joined = beside if beside else joined[:2]
         if not joined or (len(joined) == 2 and joined[0] == joined[1]):
             return None
@@ -302,7 +302,7 @@ def _name_of(entity: entity_instance, *, prefer: str) -> str | None:
     return next((name[:MAX_ROOM_NAME_LENGTH].strip() for name in plain if name.strip()), None)
 
 
-def _rooms_beside(line: LineString, rooms: Sequence[Room]) -> list[int]:
+def rooms_beside(line: LineString, rooms: Sequence[Room]) -> list[int]:
     """The ids of the rooms on both sides of a door: those with the longest share of MAX_WALL metres in front of it.
 
     The ids are equal if the same room is on both sides.

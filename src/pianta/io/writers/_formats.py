@@ -78,6 +78,8 @@ class Format:
         return writer
 
 
+# Of the formats that have outlines.
+_STRAIGHT = frozenset({"straight"})
 _GEOREFERENCE = frozenset({"georeference"})
 
 FORMATS: Mapping[str, Format] = MappingProxyType(
@@ -91,6 +93,31 @@ FORMATS: Mapping[str, Format] = MappingProxyType(
             extra="tables",
             packages=("openpyxl",),
         ),
+        "dxf": Format(
+            "dxf",
+            "write_dxf",
+            "floor.dxf",
+            "drawing of rooms, walls and doors, DXF",
+            extra="cad",
+            packages=("ezdxf",),
+            options=_STRAIGHT,
+        ),
+        "svg": Format("svg", "write_svg", "floor.svg", "drawing of rooms, walls and doors, SVG", options=_STRAIGHT),
+        "ifc": Format(
+            "ifc",
+            "write_ifc",
+            "building.ifc",
+            "building model, IFC4",
+            extra="bim",
+            packages=("ifcopenshell",),
+            options=_STRAIGHT,
+        ),
+        "gazebo": Format("gazebo", "write_gazebo", "gazebo", "world of Gazebo, SDF", options=_STRAIGHT),
+        "stage": Format("stage", "write_stage", "stage", "world of Stage, with its image", options=_STRAIGHT),
+        "sweethome3d": Format(
+            "sweethome3d", "write_sweethome3d", "building.sh3d", "home of Sweet Home 3D", options=_STRAIGHT
+        ),
+        "scene-graph": Format("scene_graph", "write_scene_graph", "scene_graph.json", "scene graph of Hydra, JSON"),
         "geojson-layers": Format(
             "layers", "write_geojson_layers", "layers", "a GeoJSON for rooms, doors and others each", _GEOREFERENCE
         ),

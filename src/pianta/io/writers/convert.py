@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 from pianta.building import Building, Storey
 from pianta.errors import OptionError
 from pianta.floor import Floor
+from pianta.floor.straight import straighten_floor
 from pianta.gridmap import GridMap
-from pianta.io._files import atomic_file, short_repr
+from pianta.io._files import atomic_file, count_noun, short_repr
 from pianta.io._folders import atomic_folder
 from pianta.io.building_folders import read_building_folder
 from pianta.io.writers._formats import FORMATS, Format, WriteOptions
@@ -62,6 +64,9 @@ def convert(
     chosen, options = find_format(to), options or WriteOptions()
     check_options(to, options)
     building = _make_building(source, grid)
+    notes: list[str] = []
+    if options.straight:
+        building, notes = straighten_building(building)
     without = [storey.name or storey.floor.source for storey in building if storey.grid is None]
     if chosen.needs_map and without:
         raise OptionError(
@@ -70,7 +75,17 @@ def convert(
     writer = chosen.find_writer()
     target = Path(path)
     with atomic_folder(target) if chosen.is_folder else atomic_file(target) as temporary:
-        return writer(building, temporary, options)
+        return notes + writer(building, temporary, options)
+
+
+def straighten_building(building: Building) -> tuple[Building, list[str]]:
+    """The building with right angles, and a note on the rooms that have none."""
+    straight = [straighten_floor(storey.floor) for storey in building]
+    storeys = tuple(replace(storey, floor=each.floor) for storey, each in zip(building, straight, strict=True))
+    unchanged = sum(len(each.unchanged) for each in straight)
+    rooms = count_noun(sum(len(storey.floor) for storey in building), "room")
+    notes = [f"{unchanged} of {rooms} have no right angles and are as they were"] if unchanged else []
+    return replace(building, storeys=storeys), notes
 
 
 def find_format(name: str) -> Format:

@@ -2,8 +2,14 @@
 
 from __future__ import annotations
 
+import shapely
+
+from pianta.building import Storey
+from pianta.floor import Room
+
 # A word with a digit is a number, as long as it is as short as those on doors.
 MAX_NUMBER = 12  # characters
+TEXT_TOLERANCE = 0.1  # metres
 
 
 def split_number(name: str | None) -> tuple[str | None, str | None]:
@@ -12,3 +18,15 @@ def split_number(name: str | None) -> tuple[str | None, str | None]:
     number = next((word for word in words if any(map(str.isdigit, word)) and len(word) <= MAX_NUMBER), None)
     rest = " ".join(word for word in words if word != number)
     return number, rest or None
+
+
+def place_text(room: Room) -> tuple[float, float, float]:
+    """Where the text of a room is: x and y of the middle of its largest circle, and the radius of that; metres."""
+    circle = shapely.maximum_inscribed_circle(room.polygon, TEXT_TOLERANCE)
+    (x, y), _ = shapely.get_coordinates(circle)
+    return float(x), float(y), float(circle.length)
+
+
+def title_storey(storey: Storey) -> str:
+    """What people call a storey, else its name."""
+    return storey.title or storey.name

@@ -24,7 +24,7 @@ from pianta.io.images import (
 from pianta.io.valetudo import is_wrapped
 
 InputKind = Literal["map", "plan"]
-VECTOR_SUFFIXES = (".dxf", ".svg", ".pdf", ".ifc")
+VECTOR_SUFFIXES = (".dxf", ".svg", ".pdf", ".ifc", ".sh3d")
 PLAN_SUFFIXES = (*PICTURE_SUFFIXES, *VECTOR_SUFFIXES)
 
 

@@ -30,7 +30,7 @@ def open_sheet(path: Source, *, page: int | None = None, max_cells: int = MAX_CE
     suffix = file.suffix.lower()
     if suffix not in SHEET_SUFFIXES:
         raise PlanError(
-            f"plan {short_repr(file)} has an unknown format, give one of {', '.join(SHEET_SUFFIXES)} or .ifc"
+            f"plan {short_repr(file)} has an unknown format, give one of {', '.join(SHEET_SUFFIXES)} or .ifc, .sh3d"
         )
     if page is not None and suffix != PDF_SUFFIX:
         raise PlanError(f"page is {page} and plan {short_repr(file)} is no PDF, leave out page=")

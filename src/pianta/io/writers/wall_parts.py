@@ -1,0 +1,266 @@
+"""Walls as straight parts with a thickness, from the gaps between the outlines of rooms, and the doors in them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TypeAlias
+
+import numpy as np
+import shapely
+from shapely import LineString, Polygon, STRtree
+
+from pianta._types import Floats
+from pianta.floor import Door, Floor
+
+# Metres, chosen by hand:
+MAX_GAP = 0.6  # between rooms with a wall between them; wider gaps have a wall on each side
+OUTER_THICKNESS = 0.15  # of a wall with no room behind it
+SHARED_THICKNESS = 0.1  # of the wall between rooms that touch
+MIN_THICKNESS = 0.02
+MIN_LENGTH = 0.02
+ROUGHNESS = 0.05  # the size of a cell; outlines are followed so closely
+# Heights, metres: a usual storey, and the clear height of a door by DIN 18100.
+WALL_HEIGHT = 2.7
+DOOR_HEIGHT = 2.0
+# Cosine of the angle between two faces of one wall; 15°, chosen by hand.
+MIN_PARALLEL = 0.966
+# Of the length of a door, in one part of a wall; else the door gets a part of its own.
+MIN_HOSTED = 0.8
+
+Interval: TypeAlias = tuple[float, float]
+
+
+@dataclass(frozen=True)
+class WallPart:
+    """A straight part of a wall. line: its middle, from end to end. rooms: ids of those on its sides."""
+
+    line: LineString
+    thickness: float
+    rooms: tuple[int, ...]
+
+    @cached_property
+    def ends(self) -> Floats:
+        """Both ends, shape (2, 2)."""
+        return shapely.get_coordinates(self.line)
+
+    @property
+    def length(self) -> float:
+        """From end to end, metres."""
+        return float(self.line.length)
+
+    @property
+    def direction(self) -> Floats:
+        """The unit vector from end to end."""
+        along: Floats = self.ends[1] - self.ends[0]
+        return along / np.hypot(*along)
+
+    @property
+    def area(self) -> Polygon:
+        """Its rectangle."""
+        return self.line.buffer(self.thickness / 2, cap_style="flat")
+
+    def cut(self, start: float, end: float) -> WallPart:
+        """The piece between two lengths along it, metres."""
+        points = self.ends[0] + np.outer([start, end], self.direction)
+        return replace(self, line=LineString(points))
+
+
+@dataclass(frozen=True)
+class Walls:
+    """The walls of a floor: parts without the doors, and for each door of the floor the part that it is in.
+
+    parts: with the parts of doors whole, to be cut by openings. hosts: door -> index of its part.
+    solid: all parts, cut at doors, from floor to ceiling.
+    """
+
+    parts: tuple[WallPart, ...]
+    hosts: tuple[int, ...]
+    solid: tuple[WallPart, ...]
+
+
+def find_walls(floor: Floor) -> Walls:
+    """The walls of a floor.
+
+    A face of a room and one of another room that is parallel and at most MAX_GAP away are the faces of one part. What
+    remains of faces has a part of OUTER_THICKNESS behind it, or less where another room begins.
+    """
+    parts = _close_corners([*_list_parts(floor)], floor)
+    hosts: list[int] = []
+    hosted: dict[int, list[Interval]] = {}
+    removed: dict[int, list[Interval]] = {}
+    for door in floor.doors:
+        spans = {index: span for index, part in enumerate(parts) if (span := _find_span(part, door)) is not None}
+        host = max(spans, key=lambda index: spans[index][1] - spans[index][0], default=None)
+        if host is None or spans[host][1] - spans[host][0] < MIN_HOSTED * door.line.length:
+            parts.append(_make_part(door))
+            host, own = len(parts) - 1, (0.0, float(door.line.length))
+        else:
+            own = spans.pop(host)
+        hosts.append(host)
+        hosted.setdefault(host, []).append(own)
+        for index, span in spans.items():
+            removed.setdefault(index, []).append(span)
+    pieces = [
+        (index, piece)
+        for index, part in enumerate(parts)
+        for piece in _cut(part, removed.get(index, []), uncut=index in hosted)
+    ]
+    positions = {index: position for position, (index, _) in enumerate(pieces)}
+    solid = [
+        piece
+        for index, part in enumerate(parts)
+        for piece in _cut(part, [*removed.get(index, []), *hosted.get(index, [])])
+    ]
+    return Walls(tuple(piece for _, piece in pieces), tuple(positions[host] for host in hosts), tuple(solid))
+
+
+def door_depth(part: WallPart) -> float:
+    """How deep the opening of a door is in its wall, with some more on both sides to cut it clearly; metres."""
+    return part.thickness + 2 * MIN_THICKNESS
+
+
+@dataclass(frozen=True)
+class _Faces:
+    """The edges of the outlines of rooms. starts, along: shape (N, 2), along: unit vectors; outward: to their right."""
+
+    starts: Floats
+    along: Floats
+    outward: Floats
+    lengths: Floats
+    rooms: Sequence[int]
+
+
+def _list_faces(floor: Floor) -> _Faces:
+    starts, ends, rooms = [np.zeros((0, 2))], [np.zeros((0, 2))], []
+    for room in floor:
+        smooth = shapely.orient_polygons(room.polygon.simplify(ROUGHNESS))
+        for ring in (smooth.exterior, *smooth.interiors):
+            corners = shapely.get_coordinates(ring)
+            starts.append(corners[:-1])
+            ends.append(corners[1:])
+            rooms += [room.id] * (len(corners) - 1)
+    first, along = np.concatenate(starts), np.concatenate(ends) - np.concatenate(starts)
+    lengths = np.hypot(*along.T)
+    along = along / np.maximum(lengths, 1e-9)[:, None]
+    return _Faces(first, along, along[:, ::-1] * (1, -1), lengths, rooms)
+
+
+def _list_parts(floor: Floor) -> Iterator[WallPart]:
+    """The parts between faces, then those behind the rest of each face."""
+    faces = _list_faces(floor)
+    outlines = [room.polygon for room in floor]
+    ids = [room.id for room in floor]
+    rooms = STRtree(outlines)
+    corners = (
+        faces.starts[:, None] + faces.along[:, None] * faces.lengths[:, None, None] * np.array([0, 1])[None, :, None]
+    )
+    tree = STRtree(shapely.linestrings(corners)) if len(corners) else STRtree([])
+    reaches = [
+        _make_box(faces, index, (0, faces.lengths[index]), -ROUGHNESS, MAX_GAP) for index in range(len(faces.rooms))
+    ]
+    for index, reach in enumerate(reaches):
+        covered: list[Interval] = []
+        for other, span, gaps in _list_opposite(faces, index, tree.query(reach)):
+            for piece in _subtract(span, covered):
+                if index < other:
+                    yield _part_between(faces, index, other, piece, gaps)
+            covered.append(span)
+        for piece in _subtract((0.0, float(faces.lengths[index])), covered):
+            behind = [outlines[room] for room in rooms.query(reach) if ids[room] != faces.rooms[index]]
+            yield _part_behind(faces, index, piece, behind)
+
+
+def _list_opposite(faces: _Faces, index: int, candidates: Sequence[int]) -> list[tuple[int, Interval, Floats]]:
+    """Faces across the gap: index, where along this face, and the offset and slope of the gap; the nearest first."""
+    opposite = []
+    start, along, outward = faces.starts[index], faces.along[index], faces.outward[index]
+    for other in map(int, candidates):
+        if other == index or faces.along[other] @ along > -MIN_PARALLEL:
+            continue
+        ends = np.array([faces.starts[other], faces.starts[other] + faces.along[other] * faces.lengths[other]]) - start
+        (high, low), depths = ends @ along, ends @ outward
+        span = max(0.0, float(low)), min(float(faces.lengths[index]), float(high))
+        if span[1] - span[0] < MIN_LENGTH:
+            continue
+        slope = (depths[0] - depths[1]) / (high - low)
+        gap = depths[1] + slope * (np.mean(span) - low)
+        if -ROUGHNESS <= gap <= MAX_GAP:
+            opposite.append((gap, other, span, np.array([depths[1] - slope * low, slope])))
+    return [entry[1:] for entry in sorted(opposite, key=lambda entry: entry[:2])]
+
+
+def _part_between(faces: _Faces, index: int, other: int, span: Interval, gap: Floats) -> WallPart:
+    gaps = np.maximum(gap[0] + gap[1] * np.array(span), 0)
+    middle = faces.starts[index] + np.outer(span, faces.along[index]) + np.outer(gaps / 2, faces.outward[index])
+    thickness = float(gaps.mean()) if gaps.mean() > MIN_THICKNESS else SHARED_THICKNESS
+    rooms = tuple(dict.fromkeys(sorted((faces.rooms[index], faces.rooms[other]))))
+    return WallPart(LineString(middle), thickness, rooms)
+
+
+def _part_behind(faces: _Faces, index: int, span: Interval, others: Sequence[Polygon]) -> WallPart:
+    """The part behind a face that ends where another room begins."""
+    box = _make_box(faces, index, span, 0, OUTER_THICKNESS)
+    points = shapely.get_coordinates([box.intersection(other) for other in others])
+    depth = ((points - faces.starts[index]) @ faces.outward[index]).min() if len(points) else OUTER_THICKNESS
+    thickness = float(np.clip(depth, MIN_THICKNESS, OUTER_THICKNESS))
+    face = faces.starts[index] + np.outer(span, faces.along[index])
+    return WallPart(LineString(face + faces.outward[index] * thickness / 2), thickness, (faces.rooms[index],))
+
+
+def _make_box(faces: _Faces, index: int, span: Interval, near: float, far: float) -> Polygon:
+    face = faces.starts[index] + np.outer(span, faces.along[index])
+    return Polygon([*(face + faces.outward[index] * near), *(face[::-1] + faces.outward[index] * far)])
+
+
+def _subtract(span: Interval, covered: Sequence[Interval]) -> list[Interval]:
+    """What remains of an interval, without pieces shorter than MIN_LENGTH."""
+    rest = [span]
+    for low, high in covered:
+        rest = [piece for start, end in rest for piece in ((start, min(end, low)), (max(start, high), end))]
+        rest = [(start, end) for start, end in rest if end - start > MIN_LENGTH]
+    return [(start, end) for start, end in rest if end - start > MIN_LENGTH]
+
+
+def _close_corners(parts: Sequence[WallPart], floor: Floor) -> list[WallPart]:
+    """Parts that are longer at ends behind which no room begins, so that they meet at corners."""
+    tree = STRtree(shapely.buffer([room.polygon for room in floor], -ROUGHNESS / 2))
+    closed = []
+    for part in parts:
+        ends = part.ends.copy()
+        for side, sign in ((0, -1), (1, 1)):
+            beyond = LineString([part.ends[side], part.ends[side] + sign * OUTER_THICKNESS * part.direction])
+            if not len(tree.query(beyond.buffer(part.thickness / 2, cap_style="flat"), "intersects")):
+                ends[side] = shapely.get_coordinates(beyond)[1]
+        closed.append(replace(part, line=LineString(ends)))
+    return closed
+
+
+def _find_span(part: WallPart, door: Door) -> Interval | None:
+    """Where along a part a door is; None if it is elsewhere."""
+    if not {*part.rooms} <= {*door.room_ids} or not door.line.length:
+        return None
+    ends = shapely.get_coordinates(door.line)
+    along = (ends[1] - ends[0]) / door.line.length
+    across = part.direction[::-1] * (-1, 1)
+    depth = abs(across @ (ends.mean(axis=0) - part.ends[0]))
+    if abs(along @ part.direction) < MIN_PARALLEL or depth > MAX_GAP / 2 + part.thickness / 2:
+        return None
+    low, high = np.sort((ends - part.ends[0]) @ part.direction)
+    span = max(0.0, float(low)), min(part.length, float(high))
+    return span if span[1] - span[0] > MIN_LENGTH else None
+
+
+def _make_part(door: Door) -> WallPart:
+    """A part for a door in no wall, of its length."""
+    ends = shapely.get_coordinates(door.line)[[0, -1]]
+    if not door.line.length:
+        ends[1, 0] += SHARED_THICKNESS
+    return WallPart(LineString(ends), SHARED_THICKNESS, door.room_ids)
+
+
+def _cut(part: WallPart, spans: Sequence[Interval], *, uncut: bool = False) -> Iterator[WallPart]:
+    """The pieces of a part between intervals; the part itself if it is to stay whole."""
+    for start, end in [(0.0, part.length)] if uncut or not spans else _subtract((0.0, part.length), spans):
+        yield part.cut(start, end)
