@@ -111,7 +111,8 @@ class Reader:
     def _finish(self, storey: StoreyReading, path: str | Path) -> StoreyReading:
         """The storey with the ids of the previous floor, labels, and the type of its building."""
         # Files that people open have millimetres, not 17 digits
-        floor, messages, grid = round_floor(storey.floor), [], storey.grid
+        storey = replace(storey, floor=round_floor(storey.floor))
+        floor, messages, grid = storey.floor, [], storey.grid
         uncorrected: Floor | None = None
         corrections: tuple[Correction, ...] = ()
         unlabelled: list[int] = []
