@@ -1,6 +1,7 @@
 """Route graphs: drivable, joined, short, and by the rules of Nav2's loader."""
 
 import json
+from typing import Any
 
 import networkx as nx
 import numpy as np
@@ -28,7 +29,7 @@ def measure_clearance(graph: nx.DiGraph, grid: pianta.GridMap) -> float:
     rows, cols = np.nonzero(grid.occupied)
     obstacles = MultiPoint(np.column_stack(grid.pixel_to_map(rows + 0.5, cols + 0.5)))
     lines = [LineString([(graph.nodes[n]["x"], graph.nodes[n]["y"]) for n in edge]) for edge in graph.edges]
-    return min(line.distance(obstacles) for line in lines)
+    return float(min(line.distance(obstacles) for line in lines))
 
 
 def test_two_rooms_and_a_door():
@@ -38,7 +39,8 @@ def test_two_rooms_and_a_door():
     assert {graph.nodes[n]["metadata"]["type"] for n in nx.shortest_path(graph, 3, 7)} == {"room", "door"}
     # Straight through the door at y = 1.5: the rooms are in the middle between the walls
     length = nx.shortest_path_length(graph, 3, 7, weight="cost")
-    straight = np.hypot(*(np.subtract(*([graph.nodes[n]["x"], graph.nodes[n]["y"]] for n in (3, 7)))))
+    (x0, y0), (x1, y1) = ((graph.nodes[n]["x"], graph.nodes[n]["y"]) for n in (3, 7))
+    straight = np.hypot(x1 - x0, y1 - y0)
     assert straight <= length < 1.1 * straight
     for start, end, data in graph.edges(data=True):
         assert graph.has_edge(end, start)
@@ -59,7 +61,8 @@ def test_edges_are_drivable(world, radius):
 
 def list_cells(graph: nx.DiGraph, edge: tuple[int, int], grid: pianta.GridMap) -> list[list[int]]:
     ends = [np.array(grid.map_to_pixel(graph.nodes[n]["x"], graph.nodes[n]["y"])) for n in edge]
-    return cross_cells(*ends)[0].tolist()
+    cells: list[list[int]] = cross_cells(*ends)[0].tolist()
+    return cells
 
 
 @pytest.mark.parametrize("world", ["corridor", "ring", "home", "office", "ward"])
@@ -150,9 +153,9 @@ def test_a_turned_map_has_the_same_graph():
     assert lengths[0] == pytest.approx(lengths[1], rel=0.1)
 
 
-def make_graph(**changes):
+def make_graph(**changes: dict[str, Any]) -> str:
     """A file of two nodes and an edge, with changed properties of a feature: key of the feature, then properties."""
-    features = {
+    features: dict[str, dict[str, Any]] = {
         "node": {"type": "Point", "coordinates": [0, 0], "properties": {"id": 0, "frame": "map"}},
         "other": {"type": "Point", "coordinates": [1, 0], "properties": {"id": 1, "frame": "map"}},
         "edge": {

@@ -24,6 +24,7 @@ from pianta.evaluation.floor_scores import FloorScores
 from pianta.exploration.record import Exploration
 from pianta.generation.type_model import TypeModel
 from pianta.layout.explanation import Border, Explanation
+from pianta.navigation.cleaning import CleaningPlan, Coverage
 from pianta.patterns.model_floor_plan import Chance, Motion, Occurrence, Pattern
 from pianta.plan.read_plan import PlanFloor, PlanReading
 from pianta.plan.sheets.sheet import PlanScale
@@ -39,6 +40,8 @@ RESULTS = (
     Border,
     BuildingTypeModel,
     Chance,
+    CleaningPlan,
+    Coverage,
     DoorUse,
     Evacuation,
     Explanation,

@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from pianta.layout.parameters import StructureParameters, ThesisParameters
     from pianta.layout.reconstruct import METHODS, reconstruct
     from pianta.model_files import load_model
+    from pianta.navigation.cleaning import plan_cleaning
     from pianta.navigation.route_graph import build_route_graph
     from pianta.patterns.model_floor_plan import ModelFloorPlan, find_model_floor_plan
     from pianta.plan.read_plan import read_plan
@@ -77,6 +78,7 @@ __all__ = [
     "label_rooms",
     "load_model",
     "make_world",
+    "plan_cleaning",
     "plot",
     "predict",
     "read",
@@ -126,6 +128,7 @@ _MODULES = {
     "label_rooms": "rooms.label",
     "load_model": "model_files",
     "make_world": "worlds.make",
+    "plan_cleaning": "navigation.cleaning",
     "plot": "plot",
     "predict": "prediction.prediction",
     "read": "reading.read",

@@ -27,6 +27,7 @@ ROOM_REACH = 0.5
 # passed in their middle, and corners not touched. Chosen by hand: ways get a few per cent longer.
 PENALTY = 1.0
 CLEAR = 0.3  # metres
+TINY = 1e-12  # share of a line
 SAMPLES_PER_CELL = 2  # where the cost of a straight line is measured
 # Cells; a line whose samples are all in cells deeper than this crosses open cells alone: the middle of a crossed cell
 # is at most half a diagonal from the line, that a quarter of a cell from a sample, and that half a diagonal from the
@@ -123,9 +124,12 @@ def cross_cells(start: Floats, end: Floats) -> tuple[Indices, Floats]:
     for low, high, first, step in zip(*np.sort([start, end], axis=0), start, ahead, strict=True):
         lines = np.arange(np.ceil(low), np.floor(high) + 1)
         shares += [(lines - first) / step] if step else []
-    borders = np.unique(np.clip(np.concatenate(shares), 0, 1))
-    middles = (borders[1:] + borders[:-1]) / 2
-    return np.floor(start + middles[:, None] * ahead).astype(np.intp), np.diff(borders) * np.hypot(*ahead)
+    borders = np.sort(np.concatenate(shares))
+    pieces = borders[1:] - borders[:-1]
+    # At a corner two borders coincide
+    is_piece = pieces > TINY
+    middles = ((borders[1:] + borders[:-1]) / 2)[is_piece] if is_piece.any() else np.array([0.5])
+    return np.floor(start + middles[:, None] * ahead).astype(np.intp), pieces[is_piece] * np.hypot(*ahead)
 
 
 def _extend_rooms(rooms: LabelImage, reach_px: float) -> LabelImage:

@@ -21,9 +21,9 @@ from pianta.navigation.robot import ROBOT_RADIUS
 from pianta.navigation.spanner import Spanner
 
 # A way of a room is left out if the others cost at most this many times as much. Chosen by hand.
-STRETCH = 1.05
+STRETCH = 1.15
 # Corners of ways are one node if they are nearer, metres: a robot finds the node nearest to it. Chosen by hand.
-MERGE_DISTANCE = 0.4
+MERGE_DISTANCE = 0.6
 # Edges are divided into pieces of at most this length, metres, so that a node is near a robot in a corridor. By hand.
 MAX_EDGE = 4.0
 # Metres around the line of a door in which ways may leave the room: half a door and the thickness of a wall.

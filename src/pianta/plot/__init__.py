@@ -7,6 +7,7 @@ from importlib import import_module
 
 _MODULES = {
     "plot_area": "exploration",
+    "plot_cleaning": "navigation",
     "plot_doors": "floor_parts",
     "plot_evacuation": "evacuation",
     "plot_exploration": "exploration",
@@ -19,6 +20,7 @@ _MODULES = {
     "plot_model_floor_plan": "model_floor_plan",
     "plot_room_graph": "graphs",
     "plot_rooms": "floor_parts",
+    "plot_route_graph": "navigation",
     "plot_skeleton": "prediction",
     "plot_walls": "floor_parts",
 }

@@ -186,6 +186,38 @@ FORMATS: Mapping[str, Format] = MappingProxyType(
             options=frozenset({"robot_radius"}),
             needs_map=True,
         ),
+        "nav2-keepout": Format(
+            "nav2_masks",
+            "write_keepout_mask",
+            "keepout",
+            "mask for Nav2's keep-out filter",
+            options=frozenset({"rooms"}),
+            needs_map=True,
+        ),
+        "nav2-speed": Format(
+            "nav2_masks",
+            "write_speed_mask",
+            "speed",
+            "mask for Nav2's speed filter",
+            options=frozenset({"rooms", "speed"}),
+            needs_map=True,
+        ),
+        "waypoints": Format(
+            "nav2_waypoints",
+            "write_waypoints",
+            "waypoints.yaml",
+            "poses in rooms and at doors, YAML or JSON",
+            options=frozenset({"robot_radius"}),
+            needs_map=True,
+        ),
+        "cleaning": Format(
+            "cleaning",
+            "write_cleaning",
+            "cleaning.json",
+            "rooms in a tour, and paths that clean them",
+            options=frozenset({"robot_radius"}),
+            needs_map=True,
+        ),
         "valetudo": Format(
             "vacuum", "write_valetudo", "valetudo.json", "map of a vacuum, Valetudo", options=frozenset({"robot_map"})
         ),

@@ -182,7 +182,7 @@ def _parse_route_graph(content: bytes) -> nx.DiGraph:
 def _check_ids(nodes: list[_Node], edges: list[_Edge]) -> None:
     """Raise FloorError, with every fault, for a graph that the loader refuses or mixes up."""
     faults = [f"it has no {noun}" for noun, parts in (("node", nodes), ("edge", edges)) if not parts]
-    ids = Counter(each.id for each in (*nodes, *edges))
+    ids = Counter([*(node.id for node in nodes), *(edge.id for edge in edges)])
     faults += [f"id {number} occurs {count} times" for number, count in ids.items() if count > 1]
     node_ids = {node.id for node in nodes}
     ends = [(edge.id, end) for edge in edges for end in (edge.startid, edge.endid)]
