@@ -59,9 +59,9 @@ def test_a_floor_agrees_with_itself():
 def test_labels_are_compared_in_the_coarse_set_of_the_truth():
     coarse = {1: "ROOM", 2: "ROOM", 3: "CORRIDOR"}
     truth = replace(TRUTH, rooms=tuple(replace(room, label=coarse[room.id]) for room in TRUTH))
-    found = {1: "FUNCTIONAL", 2: "CONNECTION", 3: "CONNECTION"}
+    predicted = {1: "FUNCTIONAL", 2: "CONNECTION", 3: "CONNECTION"}
     r_c = {1: "ROOM", 2: "CORRIDOR", 3: "CORRIDOR"}
-    rooms = (replace(room, label=found[room.id], labels={"R/C": r_c[room.id]}) for room in TRUTH)
+    rooms = (replace(room, label=predicted[room.id], labels={"R/C": r_c[room.id]}) for room in TRUTH)
     scores = pianta.score_floor(replace(TRUTH, rooms=tuple(rooms)), truth)
     assert [scores.labels_forward, scores.labels_backward] == pytest.approx([2 / 3, 2 / 3])
 

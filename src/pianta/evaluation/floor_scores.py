@@ -13,7 +13,7 @@ from pianta.evaluation.coverage import Scores, overlap_areas, score_layout
 from pianta.evaluation.doors import DetectionScores, score_connections, score_doors, score_edges
 from pianta.evaluation.semantics import pair_backward, pair_forward, semantic_accuracy
 from pianta.floor import Floor
-from pianta.labels import LABELS, LabelSet
+from pianta.labels import FCES, RC, LabelSet
 
 # Rooms match if their IoU is above this.
 MATCH_IOU = 0.5
@@ -143,8 +143,8 @@ def match_floors(floor: Floor, truth: Floor) -> dict[int, int]:
 def _find_label_set(truth: Floor) -> str:
     """The coarse label set to which all true labels belong, in which labels are compared then; else ""."""
     labels = {room.label for room in truth if room.label}
-    coarse = (LabelSet.R_C, LabelSet.F_C_E_S)
-    return next((str(each) for each in coarse if labels <= {*LABELS[each]}), "")
+    coarse = {LabelSet.R_C: {*map(str, RC)}, LabelSet.F_C_E_S: {*map(str, FCES)}}
+    return next((str(label_set) for label_set, names in coarse.items() if labels <= names), "")
 
 
 def _score_labels(floor: Floor, truth: Floor, *, forward: bool) -> float | None:
