@@ -113,7 +113,7 @@ def _list_rooms(storey: Storey, level: str) -> list[Element]:
 
 def _open_holes(polygon: shapely.Polygon) -> Floats:
     """The corners of an outline that goes to each hole and back, at the nearest corners; the first one not again."""
-    corners = shapely.get_coordinates(polygon.exterior)[:-1]
+    corners: Floats = shapely.get_coordinates(polygon.exterior)[:-1]
     holes = [shapely.get_coordinates(ring)[:-1] for ring in polygon.interiors]
     for hole in sorted(holes, key=lambda ring: float(ring[:, 0].min())):
         distances = np.linalg.norm(corners[:, None] - hole[None], axis=2)
