@@ -26,7 +26,13 @@ PAGES = [
 ]
 EXTRAS = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["optional-dependencies"]
 # Packages of extras without which a page cannot run.
-NEEDED = {"bags.md": "rosbags", "qgis.md": "geopandas", "drawings.md": "rapidocr", "symbols.md": "rapidocr"}
+NEEDED = {
+    "bim-cad.md": "ifcopenshell",
+    "bags.md": "rosbags",
+    "qgis.md": "geopandas",
+    "drawings.md": "rapidocr",
+    "symbols.md": "rapidocr",
+}
 # Set up what a user starts from: here a test checks that they are there, and .ci/run runs them.
 MAKE, INSTALL = re.compile(r"make ([\w-]+)"), re.compile(r"pip install '?\.(?:\[([\w,]+)\])?'?")
 
