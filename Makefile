@@ -45,6 +45,7 @@ docs: $(READY)  ## draw the pictures of README and docs again
 	$(BIN)/python docs/draw_exploration.py
 	$(BIN)/python docs/draw_plans.py
 	$(BIN)/python docs/draw_patterns.py
+	$(BIN)/python docs/draw_navigation.py
 	$(BIN)/python docs/draw_view.py
 
 site: export OMP_NUM_THREADS := 1
