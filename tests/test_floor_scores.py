@@ -56,6 +56,16 @@ def test_a_floor_agrees_with_itself():
     assert scores.building_type
 
 
+def test_labels_are_compared_in_the_coarse_set_of_the_truth():
+    coarse = {1: "ROOM", 2: "ROOM", 3: "CORRIDOR"}
+    truth = replace(TRUTH, rooms=tuple(replace(room, label=coarse[room.id]) for room in TRUTH))
+    predicted = {1: "FUNCTIONAL", 2: "CONNECTION", 3: "CONNECTION"}
+    r_c = {1: "ROOM", 2: "CORRIDOR", 3: "CORRIDOR"}
+    rooms = (replace(room, label=predicted[room.id], labels={"R/C": r_c[room.id]}) for room in TRUTH)
+    scores = pianta.score_floor(replace(TRUTH, rooms=tuple(rooms)), truth)
+    assert [scores.labels_forward, scores.labels_backward] == pytest.approx([2 / 3, 2 / 3])
+
+
 def test_a_truth_without_labels_scores_none():
     bare = replace(TRUTH, rooms=tuple(replace(room, label=None) for room in TRUTH), building_type={})
     scores = pianta.score_floor(TRUTH, bare)

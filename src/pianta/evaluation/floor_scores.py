@@ -13,6 +13,7 @@ from pianta.evaluation.coverage import Scores, overlap_areas, score_layout
 from pianta.evaluation.doors import DetectionScores, score_connections, score_doors, score_edges
 from pianta.evaluation.semantics import pair_backward, pair_forward, semantic_accuracy
 from pianta.floor import Floor
+from pianta.labels import FCES, RC, LabelSet
 
 # Rooms match if their IoU is above this.
 MATCH_IOU = 0.5
@@ -139,9 +140,20 @@ def match_floors(floor: Floor, truth: Floor) -> dict[int, int]:
     return {room.id: truth.rooms[partner].id for room, partner in pairs if partner >= 0}
 
 
+def _find_label_set(truth: Floor) -> str:
+    """The coarse label set to which all true labels belong, in which labels are compared then; else ""."""
+    labels = {room.label for room in truth if room.label}
+    coarse = {LabelSet.R_C: {*map(str, RC)}, LabelSet.F_C_E_S: {*map(str, FCES)}}
+    return next((str(label_set) for label_set, names in coarse.items() if labels <= names), "")
+
+
 def _score_labels(floor: Floor, truth: Floor, *, forward: bool) -> float | None:
     """The share of the labels that agree, among true labels; None without true labels."""
-    sides = [([room.polygon for room in each], [room.label or "" for room in each]) for each in (floor, truth)]
+    label_set = _find_label_set(truth)
+    sides = [
+        ([room.polygon for room in each], [room.labels.get(label_set) or room.label or "" for room in each])
+        for each in (floor, truth)
+    ]
     pairs = (pair_forward if forward else pair_backward)(*sides[0], *sides[1])
     counted = [pair for pair in pairs if pair.true != ""]
     return semantic_accuracy(counted) if any(room.label for room in truth) else None

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from math import ceil
+from math import ceil, hypot
 
 import cv2
 import numpy as np
@@ -29,6 +29,10 @@ PENALTY = 1.0
 CLEAR = 0.3  # metres
 TINY = 1e-12  # share of a line
 SAMPLES_PER_CELL = 2  # where the cost of a straight line is measured
+# Cells; a line whose samples are all in cells deeper than this crosses open cells alone: the middle of a crossed cell
+# is at most half a diagonal from the line, that a quarter of a cell from a sample, and that half a diagonal from the
+# middle of its cell.
+SURE_DEPTH = 2.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,13 +65,16 @@ class FreeSpace:
         near = np.clip(1 - (self.clearance - self.radius) / CLEAR, 0, 1)
         return np.asarray(np.where(self.open, 1 + PENALTY * near, np.inf))
 
+    @cached_property
+    def depth(self) -> Floats:
+        """The distance of each cell to the nearest closed one, shape (H, W), in cells; that of the border is 1."""
+        framed = np.pad(self.open, 1).astype(np.uint8)
+        return np.asarray(cv2.distanceTransform(framed, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)[1:-1, 1:-1])
+
     def measure_cost(self, start: ArrayLike, end: ArrayLike) -> float:
         """The cost of a straight line between the middles of two cells, row, col, by samples; inf if one is closed."""
-        first, last = np.asarray(start, float) + 0.5, np.asarray(end, float) + 0.5
-        length = float(np.hypot(*(last - first)))
-        count = ceil(SAMPLES_PER_CELL * length) + 1
-        rows, cols = (first + np.linspace(0, 1, count)[:, None] * (last - first)).astype(np.intp).T
-        return float(self.costs[rows, cols].mean()) * length * self.grid.resolution
+        rows, cols, length = _sample_line(start, end)
+        return float(self.costs[rows, cols].sum()) / len(rows) * length * self.grid.resolution
 
     def to_map(self, cells: ArrayLike) -> Floats:
         """The x, y of the middles of cells, metres of the map frame, shape (N, 2); cells: row, col, shape (N, 2)."""
@@ -76,6 +83,9 @@ class FreeSpace:
 
     def is_straight(self, start: ArrayLike, end: ArrayLike) -> bool:
         """Whether the robot can drive straight from the middle of a cell to that of another; cells: row, col."""
+        rows, cols, _ = _sample_line(start, end)
+        if self.depth[rows, cols].min() > SURE_DEPTH:
+            return True
         first, last = np.asarray(start, float) + 0.5, np.asarray(end, float) + 0.5
         ahead = last - first
         length = np.hypot(*ahead)
@@ -92,6 +102,16 @@ def find_free_space(floor: Floor, grid: GridMap, radius: float) -> FreeSpace:
     is_open = grid.free & (clearance > radius + 1e-6 * grid.resolution)
     rooms = floor.label_image(grid).astype(np.int32)
     return FreeSpace(grid, radius, is_open, clearance, _extend_rooms(rooms, ROOM_REACH / grid.resolution))
+
+
+def _sample_line(start: ArrayLike, end: ArrayLike) -> tuple[Indices, Indices, float]:
+    """Rows and cols of cells along the straight line between the middles of two cells, and its length in cells."""
+    (row, col), (last_row, last_col) = np.asarray(start, float), np.asarray(end, float)
+    length = hypot(last_row - row, last_col - col)
+    shares = np.arange(0.0, 1.0, 1 / max(ceil(SAMPLES_PER_CELL * length), 1))
+    rows = (row + 0.5 + np.append(shares, 1.0) * (last_row - row)).astype(np.intp)
+    cols = (col + 0.5 + np.append(shares, 1.0) * (last_col - col)).astype(np.intp)
+    return rows, cols, length
 
 
 def cross_cells(start: Floats, end: Floats) -> tuple[Indices, Floats]:

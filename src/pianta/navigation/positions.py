@@ -19,6 +19,8 @@ DOOR_REACH = 0.45
 # nearest to the centroid. Chosen by hand.
 CLEARANCE_SHARE = 0.8
 CLEARANCE = 1.0
+# Corners of a quarter of a circle around the end of a door; more take time and no other cells (chosen by hand).
+CIRCLE = 3
 
 
 def locate_doors(space: FreeSpace, floor: Floor) -> list[Cell | None]:
@@ -38,7 +40,7 @@ def locate_rooms(space: FreeSpace, floor: Floor, doors: list[Cell | None]) -> di
 def _locate_door(space: FreeSpace, door: Door) -> Cell | None:
     """First on the line, which is widened by a cell, then around it; in the largest part of the open cells there."""
     for reach in (space.grid.resolution, DOOR_REACH):
-        rows, cols, inside = cells_of_polygon(door.line.buffer(reach), space.grid)
+        rows, cols, inside = cells_of_polygon(door.line.buffer(reach, quad_segs=CIRCLE), space.grid)
         parts = np.where(inside, space.parts[rows, cols], 0)
         if parts.any():
             mask = parts == parts[parts > 0].min()

@@ -16,8 +16,9 @@ from pianta.floor import Door, Floor, Room, cells_of_polygon
 from pianta.gridmap import GridMap
 from pianta.navigation.free_space import ROOM_REACH, FreeSpace, find_free_space
 from pianta.navigation.lattice import Lattice, build_lattice, find_stride, straighten_way
-from pianta.navigation.positions import Cell, locate_doors, locate_rooms
+from pianta.navigation.positions import CIRCLE, Cell, locate_doors, locate_rooms
 from pianta.navigation.robot import ROBOT_RADIUS
+from pianta.navigation.spanner import Spanner
 
 # A way of a room is left out if the others cost at most this many times as much. Chosen by hand.
 STRETCH = 1.15
@@ -81,7 +82,7 @@ def build_route_graph(floor: Floor, grid: GridMap, *, robot_radius: float = ROBO
 
 
 def _join_targets(space: FreeSpace, ways: nx.Graph, floor: Floor, room: int, targets: list[Cell]) -> None:
-    """Add the ways of a room between cells: the greedy spanner (Althöfer et al., 1993) of the shortest ones."""
+    """Add the ways of a room between cells: the greedy spanner of the shortest ones."""
     from scipy.sparse.csgraph import dijkstra
 
     lattice = _build_room_lattice(space, floor, room, targets)
@@ -90,16 +91,16 @@ def _join_targets(space: FreeSpace, ways: nx.Graph, floor: Floor, room: int, tar
         return
     costs, previous = dijkstra(lattice.costs, directed=False, indices=numbers, return_predecessors=True)
     rows = {number: row for row, number in enumerate(numbers)}
-    spanner = nx.Graph()
+    spanner = Spanner()
     pairs = [(costs[rows[a], b], a, b) for a, b in combinations(numbers, 2)]
     for cost, a, b in sorted(pair for pair in pairs if pair[0] < inf):
-        if _reaches(spanner, lattice.find_cell(a), lattice.find_cell(b), STRETCH * cost):
+        if spanner.measure_cost(lattice.find_cell(a), lattice.find_cell(b)) <= STRETCH * cost:
             continue
         way = _trace_way(previous[rows[a]], b)
         corners = straighten_way(space, lattice.points[way], costs[rows[a], way])
-        for start, end in pairwise(_merge_corners(space, spanner, corners)):
-            spanner.add_edge(start, end, cost=space.measure_cost(start, end), room=room)
-    ways.add_edges_from(spanner.edges(data=True))
+        for start, end in pairwise(_merge_corners(space, spanner.graph, corners)):
+            spanner.add(start, end, space.measure_cost(start, end), room)
+    ways.add_edges_from(spanner.graph.edges(data=True))
 
 
 def _build_room_lattice(space: FreeSpace, floor: Floor, room: int, targets: list[Cell]) -> Lattice:
@@ -122,7 +123,7 @@ def _build_room_lattice(space: FreeSpace, floor: Floor, room: int, targets: list
 
 def _cut_rooms(space: FreeSpace, floor: Floor, room: int, rooms: set[int]) -> tuple[Mask, Cell]:
     """The open cells of rooms and of the doorways of one of them, in a window; with the row and col of its corner."""
-    doorways = [door.line.buffer(DOORWAY) for door in floor.doors if room in door.room_ids]
+    doorways = [door.line.buffer(DOORWAY, quad_segs=CIRCLE) for door in floor.doors if room in door.room_ids]
     bounds = shapely.box(*shapely.total_bounds([*(floor[each].polygon for each in rooms), *doorways]))
     rows, cols, _ = cells_of_polygon(bounds.buffer(ROOM_REACH, join_style="mitre"), space.grid)
     part = np.isin(space.rooms[rows, cols], [*rooms])
@@ -133,13 +134,6 @@ def _cut_rooms(space: FreeSpace, floor: Floor, room: int, rooms: set[int]) -> tu
             door_cols.start - cols.start : door_cols.stop - cols.start,
         ] |= inside
     return part & space.open[rows, cols], (rows.start, cols.start)
-
-
-def _reaches(graph: nx.Graph, start: Cell, end: Cell, cost: float) -> bool:
-    """Whether a way between two nodes costs at most this much."""
-    if start not in graph or end not in graph:
-        return False
-    return end in nx.single_source_dijkstra_path_length(graph, start, cutoff=cost, weight="cost")
 
 
 def _trace_way(previous: Indices, end: int) -> list[int]:

@@ -85,9 +85,9 @@ def _read_levels(root: Element, file: Path) -> list[IfcStorey]:
     ):
         if count > limit:
             raise plan_error(file, f"has {count} {what}, give at most {limit}")
-    levels = {level.get("id"): level for level in root.findall("level")}
+    levels: dict[str | None, Element | None] = {level.get("id"): level for level in root.findall("level")}
     storeys = []
-    for key in levels or {None: None}:
+    for key in levels or [None]:
         own = [_read_room(room) for room in rooms if room.get("level") == key]
         outlines = [each for each in own if each is not None]
         if outlines:

@@ -13,6 +13,7 @@ import numpy as np
 import shapely
 from shapely import Polygon, box
 
+from pianta._types import Floats
 from pianta.building import Building, Storey
 from pianta.floor import Door, Room
 from pianta.io._files import count_noun
@@ -116,7 +117,7 @@ class _Model:
         return self.file.create_entity("IfcCartesianPoint", [float(each) for each in position])
 
     def locate(
-        self, parent: entity_instance | None, position: Sequence[float], along: Sequence[float] = (1, 0)
+        self, parent: entity_instance | None, position: Sequence[float], along: Sequence[float] | Floats = (1, 0)
     ) -> entity_instance:
         """A placement relative to another one; along: its x axis."""
         axis, x_axis = (

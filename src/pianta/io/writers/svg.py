@@ -41,7 +41,8 @@ STYLES = {
 
 def write_svg(building: Building, target: Path, _: WriteOptions) -> list[str]:
     """A drawing at 1:100; the storeys are below each other, the lowest at the bottom."""
-    boxes = [_measure(storey) for storey in building]
+    walls = [draw_walls(storey.floor) for storey in building]
+    boxes = [_measure(storey, areas) for storey, areas in zip(building, walls, strict=True)]
     width = max(high[0] - low[0] for low, high in boxes) + 2 * MARGIN
     height = sum(high[1] - low[1] + 2 * MARGIN for low, high in boxes)
     root = Element(
@@ -56,10 +57,10 @@ def write_svg(building: Building, target: Path, _: WriteOptions) -> list[str]:
     )
     SubElement(root, "title").text = building.name or "Floor"
     bottom = height
-    for number, (storey, (low, high)) in enumerate(zip(building, boxes, strict=True)):
+    for number, (storey, areas, (low, high)) in enumerate(zip(building, walls, boxes, strict=True)):
         # A point x, y of the map is at x - left and top - y.
         left_top = np.array([low[0] - MARGIN, low[1] - MARGIN + bottom])
-        _draw_storey(root, storey, f"storey-{number}-" if len(building) > 1 else "", left_top)
+        _draw_storey(root, storey, f"storey-{number}-" if len(building) > 1 else "", left_top, walls=areas)
         bottom -= high[1] - low[1] + 2 * MARGIN
     indent(root)
     ElementTree(root).write(target, encoding="utf-8", xml_declaration=True)
@@ -68,10 +69,10 @@ def write_svg(building: Building, target: Path, _: WriteOptions) -> list[str]:
     )
 
 
-def _measure(storey: Storey) -> tuple[Floats, Floats]:
+def _measure(storey: Storey, walls: list[Polygon]) -> tuple[Floats, Floats]:
     """The lower left and the upper right corner of a storey, metres."""
     shapes = [
-        *draw_walls(storey.floor),
+        *walls,
         *(room.polygon for room in storey.floor),
         *(door.line for door in storey.floor.doors),
     ]
@@ -79,7 +80,7 @@ def _measure(storey: Storey) -> tuple[Floats, Floats]:
     return bounds[:2], bounds[2:]
 
 
-def _draw_storey(root: Element, storey: Storey, prefix: str, left_top: Floats) -> None:
+def _draw_storey(root: Element, storey: Storey, prefix: str, left_top: Floats, *, walls: list[Polygon]) -> None:
     """The groups of a storey; prefix: of its ids."""
     floor = storey.floor
     parent = SubElement(root, "g", {"id": f"{prefix}floor"})
@@ -90,7 +91,7 @@ def _draw_storey(root: Element, storey: Storey, prefix: str, left_top: Floats) -
         path = _add_area(groups["rooms"], room.polygon, left_top, {"id": f"{prefix}room-{room.id}"})
         SubElement(path, "title").text = ", ".join(filter(None, (room.name or f"Room {room.id}", room.label)))
         _add_name(groups["names"], room, left_top)
-    for area in draw_walls(floor):
+    for area in walls:
         _add_area(groups["walls"], area, left_top, {})
     for piece in floor.furniture:
         _add_area(groups["furniture"], piece.polygon, left_top, {})

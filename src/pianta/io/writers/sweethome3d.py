@@ -16,7 +16,7 @@ from pianta.io._files import count_noun
 from pianta.io.writers._formats import WriteOptions
 from pianta.io.writers.room_texts import title_storey
 from pianta.io.writers.storey_heights import list_elevations
-from pianta.io.writers.wall_parts import DOOR_HEIGHT, WALL_HEIGHT, WallPart, find_walls
+from pianta.io.writers.wall_parts import DOOR_HEIGHT, WALL_HEIGHT, WallPart, Walls, find_walls
 
 HOME_FILE = "Home.xml"
 VERSION = "7000"  # of Sweet Home 3D 7, whose class HomeXMLHandler defines the file
@@ -57,10 +57,10 @@ def write_sweethome3d(building: Building, target: Path, _: WriteOptions) -> list
         level = f"level{number}"
         sizes = {"elevation": _cm(height), "floorThickness": f"{SLAB:g}", "height": _cm(WALL_HEIGHT)}
         SubElement(root, "level", {"id": level, "name": title_storey(storey) or "Floor", **sizes})
-        pieces += [*_list_pieces(storey, level)]
-        walls += [
-            _make_wall(part, f"{level}-wall{index}", level) for index, part in enumerate(_list_walls(storey.floor))
-        ]
+        own_walls = find_walls(storey.floor)
+        pieces += [*_list_pieces(storey, level, own_walls)]
+        parts = enumerate(_list_walls(storey.floor, own_walls))
+        walls += [_make_wall(part, f"{level}-wall{index}", level) for index, part in parts]
         rooms += [*_list_rooms(storey, level)]
         holes += sum(bool(room.polygon.interiors) for room in storey.floor)
     root.extend((*pieces, *walls, *rooms))
@@ -75,9 +75,8 @@ def write_sweethome3d(building: Building, target: Path, _: WriteOptions) -> list
     return notes
 
 
-def _list_walls(floor: Floor) -> tuple[WallPart, ...]:
+def _list_walls(floor: Floor, walls: Walls) -> tuple[WallPart, ...]:
     """Walls that are whole at their doors, which cut them, and have gaps at openings."""
-    walls = find_walls(floor)
     opened = {host for host, door in zip(walls.hosts, floor.doors, strict=True) if door.kind == "opening"}
     parts = []
     for index, part in enumerate(walls.parts):
@@ -113,7 +112,7 @@ def _list_rooms(storey: Storey, level: str) -> list[Element]:
 
 def _open_holes(polygon: shapely.Polygon) -> Floats:
     """The corners of an outline that goes to each hole and back, at the nearest corners; the first one not again."""
-    corners = shapely.get_coordinates(polygon.exterior)[:-1]
+    corners: Floats = shapely.get_coordinates(polygon.exterior)[:-1]
     holes = [shapely.get_coordinates(ring)[:-1] for ring in polygon.interiors]
     for hole in sorted(holes, key=lambda ring: float(ring[:, 0].min())):
         distances = np.linalg.norm(corners[:, None] - hole[None], axis=2)
@@ -123,10 +122,9 @@ def _open_holes(polygon: shapely.Polygon) -> Floats:
     return corners
 
 
-def _list_pieces(storey: Storey, level: str) -> list[Element]:
+def _list_pieces(storey: Storey, level: str, walls: Walls) -> list[Element]:
     """Doors, then furniture."""
     floor = storey.floor
-    walls = find_walls(floor)
     doors = [
         _make_door(door, walls.parts[host], f"{level}-door{number}", level)
         for number, (door, host) in enumerate(zip(floor.doors, walls.hosts, strict=True), start=1)

@@ -43,7 +43,7 @@ class WallPart:
     @cached_property
     def ends(self) -> Floats:
         """Both ends, shape (2, 2)."""
-        return shapely.get_coordinates(self.line)
+        return np.asarray(shapely.get_coordinates(self.line))
 
     @property
     def length(self) -> float:
@@ -53,8 +53,8 @@ class WallPart:
     @property
     def direction(self) -> Floats:
         """The unit vector from end to end."""
-        along: Floats = self.ends[1] - self.ends[0]
-        return along / np.hypot(*along)
+        along = self.ends[1] - self.ends[0]
+        return np.asarray(along / np.hypot(*along))
 
     @property
     def area(self) -> Polygon:
