@@ -32,7 +32,7 @@ SAMPLES_PER_CELL = 2  # where the cost of a straight line is measured
 # Cells; a line whose samples are all in cells deeper than this crosses open cells alone: the middle of a crossed cell
 # is at most half a diagonal from the line, that a quarter of a cell from a sample, and that half a diagonal from the
 # middle of its cell.
-OPEN_DEPTH = 2.0
+SAFE_DEPTH = 2.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,7 +84,7 @@ class FreeSpace:
     def is_straight(self, start: ArrayLike, end: ArrayLike) -> bool:
         """Whether the robot can drive straight from the middle of a cell to that of another; cells: row, col."""
         rows, cols, _ = _sample_line(start, end)
-        if self.depth[rows, cols].min() > OPEN_DEPTH:
+        if self.depth[rows, cols].min() > SAFE_DEPTH:
             return True
         first, last = np.asarray(start, float) + 0.5, np.asarray(end, float) + 0.5
         ahead = last - first
