@@ -21,7 +21,7 @@ from pianta.errors import OptionError
 from pianta.floor import Floor
 from pianta.gridmap import GridMap
 from pianta.io.georeference import read_georeference
-from pianta.io.writers._formats import FORMATS, WriteOptions
+from pianta.io.writers._formats import FORMATS
 from pianta.worlds.floors import make_corridor_floor
 from pianta.worlds.scan import simulate_map
 
@@ -56,10 +56,9 @@ def time_format(name: str, floor: Floor, grid: GridMap, repeats: int) -> np.ndar
         anchor = Path(folder) / "anchor.json"
         anchor.write_text(ANCHOR, encoding="utf-8")
         georeference = read_georeference(anchor) if FORMATS[name].needs_georeference else None
-        options = WriteOptions(georeference=georeference)
         for _ in range(repeats + 1):
             start = perf_counter()
-            pianta.convert(floor, Path(folder) / FORMATS[name].file, to=name, grid=grid, options=options)
+            pianta.convert(floor, Path(folder) / FORMATS[name].file, to=name, grid=grid, georeference=georeference)
             seconds.append(perf_counter() - start)
     return np.array(seconds[1:])
 

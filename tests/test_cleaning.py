@@ -12,7 +12,6 @@ from shapely import LineString
 
 import pianta
 from pianta.errors import FloorError
-from pianta.io.writers._formats import WriteOptions
 from pianta.navigation.boustrophedon import decompose
 from pianta.navigation.free_space import cross_cells, find_free_space
 from pianta.navigation.sweep import dilate, find_swept_cells
@@ -117,4 +116,4 @@ def test_the_file(tmp_path):
 
 def test_a_robot_that_fits_nowhere_is_refused(tmp_path):
     with pytest.raises(FloorError, match="fits nowhere, give a smaller robot_radius"):
-        pianta.convert(FLOOR, tmp_path / "c.json", to="cleaning", grid=GRID, options=WriteOptions(robot_radius=3))
+        pianta.convert(FLOOR, tmp_path / "c.json", to="cleaning", grid=GRID, robot_radius=3)

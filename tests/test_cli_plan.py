@@ -240,7 +240,7 @@ def test_all_floors_of_a_plan_are_written_or_none(tmp_path: Path, monkeypatch: p
     (tmp_path / "out" / "floor-1" / "rooms.png").rmdir()
     assert run_pianta(*read).code == 0
     assert sorted(list_files(tmp_path / "out")) == sorted(
-        f"floor-{number}/{name}" for number in (1, 2) for name in OUTPUTS
+        ["building.json", *(f"floor-{number}/{name}" for number in (1, 2) for name in OUTPUTS)]
     )
 
 

@@ -118,7 +118,7 @@ def test_pianta_reads_its_own_drawings(to, file, package, tmp_path):
     for room in floor:
         twin = by_name[str(room.id)]
         assert twin.intersection(room.polygon).area / twin.union(room.polygon).area > 0.9
-    names = {room.id: int(room.name) for room in read}
+    names = {room.id: int(room.name or 0) for room in read}
     assert {tuple(sorted(names[each] for each in door.room_ids)) for door in read.doors} == {
         door.room_ids for door in floor.doors
     }

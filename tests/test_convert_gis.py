@@ -19,7 +19,7 @@ import pianta
 from pianta.errors import OptionError, PiantaError
 from pianta.floor import Door, Floor, Furniture, Room
 from pianta.io.georeference import Georeference
-from pianta.io.writers._formats import FORMATS, WriteOptions
+from pianta.io.writers._formats import FORMATS
 from pianta.io.writers.doorways import place_points, reach_doors
 from pianta.io.writers.label_images import STEP, color_room
 from pianta.io.writers.room_uses import find_imdf_category, find_osm_use
@@ -57,7 +57,7 @@ HREF = "{http://www.w3.org/1999/xlink}href"
 
 def write(building, tmp_path, to, georeference=None) -> tuple[Path, list[str]]:
     path = tmp_path / FORMATS[to].file
-    notes = pianta.convert(building, path, to=to, options=WriteOptions(georeference=georeference))
+    notes = pianta.convert(building, path, to=to, georeference=georeference)
     return path, notes
 
 

@@ -48,8 +48,8 @@ def list_boxes(path: Path, prefix: str) -> list[tuple[list[float], list[float]]]
     boxes = []
     for collision in etree.parse(path).getroot().iter("collision"):
         if collision.get("name").startswith(prefix):
-            texts = collision.findtext("pose"), collision.findtext("geometry/box/size")
-            boxes.append(tuple([*map(float, text.split())] for text in texts))
+            pose, size = collision.findtext("pose"), collision.findtext("geometry/box/size")
+            boxes.append(([*map(float, pose.split())], [*map(float, size.split())]))
     return boxes
 
 
@@ -81,7 +81,7 @@ def test_stage_has_an_image_a_world_and_a_map(tmp_path):
     rows, cols = grid.shape
     world = (tmp_path / "stage" / "ground.world").read_text(encoding="utf-8")
     (width, height, _), (x, y, *_) = (
-        [*map(float, re.search(rf"{key} \[ ([-\d. ]+) \]", world.split("\nfloorplan\n")[1]).group(1).split())]
+        [*map(float, re.findall(rf"{key} \[ ([-\d. ]+) \]", world.split("\nfloorplan\n")[1])[0].split())]
         for key in ("size", "pose")
     )
     assert (width, height) == pytest.approx((cols * 0.05, rows * 0.05))
@@ -89,8 +89,8 @@ def test_stage_has_an_image_a_world_and_a_map(tmp_path):
     with Image.open(tmp_path / "stage" / "ground.png") as image:
         assert image.size == (cols, rows)
 
-    def at(x, y):
-        return grid.cells[rows - 1 - int((y - grid.origin[1]) / 0.05), int((x - grid.origin[0]) / 0.05)]
+    def at(x: float, y: float) -> int:
+        return int(grid.cells[rows - 1 - int((y - grid.origin[1]) / 0.05), int((x - grid.origin[0]) / 0.05)])
 
     # In room 1, in the wall between the rooms, in the door, on the table
     assert (at(0.5, 4.5), at(4.1, 4), at(1.5, 2.1), at(1.5, 3.5)) == (0, 100, 0, 100)

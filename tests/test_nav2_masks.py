@@ -14,14 +14,9 @@ from shapely import LineString, box
 
 import pianta
 from pianta.errors import OptionError
-from pianta.io.writers._formats import WriteOptions
 from pianta.navigation.free_space import find_free_space
 from pianta.navigation.waypoints import find_approaches, find_room_poses
 from tests.test_nav2_route import FLOOR, GRID, NAME
-
-
-def make_options(**options: Any) -> WriteOptions:
-    return WriteOptions(**options)
 
 
 def read_raw(path: Path) -> tuple[dict[str, Any], NDArray[np.int_]]:
@@ -35,8 +30,7 @@ def read_raw(path: Path) -> tuple[dict[str, Any], NDArray[np.int_]]:
 
 @pytest.mark.parametrize("word", ["3", "office", NAME])
 def test_keepout_mask(tmp_path, word):
-    options = make_options(rooms=(word,))
-    assert pianta.convert(FLOOR, tmp_path / "mask", to="nav2-keepout", grid=GRID, options=options) == []
+    assert pianta.convert(FLOOR, tmp_path / "mask", to="nav2-keepout", grid=GRID, rooms=[word]) == []
     keys, cells = read_raw(tmp_path / "mask" / "keepout.yaml")
     # Room 3 is 40 x 30 cells from col 1, row 1 on
     expected = np.zeros((32, 83), int)
@@ -46,7 +40,7 @@ def test_keepout_mask(tmp_path, word):
 
 
 def test_speed_mask_has_no_unknown_cell(tmp_path):
-    assert pianta.convert(FLOOR, tmp_path / "mask", to="nav2-speed", grid=GRID, options=make_options(speed=37)) == []
+    assert pianta.convert(FLOOR, tmp_path / "mask", to="nav2-speed", grid=GRID, speed=37) == []
     _, cells = read_raw(tmp_path / "mask" / "speed.yaml")
     assert cells.min() == 0
     assert (cells == 37).sum() == 2 * 40 * 30
@@ -67,14 +61,14 @@ def test_speed_mask_has_no_unknown_cell(tmp_path):
 )
 def test_wrong_options_are_refused(tmp_path, to, options, words):
     with pytest.raises(OptionError, match=words):
-        pianta.convert(FLOOR, tmp_path / "out", to=to, grid=GRID, options=make_options(**options))
+        pianta.convert(FLOOR, tmp_path / "out", to=to, grid=GRID, **options)
     assert not (tmp_path / "out").exists()
 
 
 def test_a_map_with_yaw_gets_a_mask_without(tmp_path):
     """Turned by a quarter: 83 x 32 cells cover the same metres."""
     turned = pianta.GridMap(np.rot90(GRID.cells, -1), 0.1, (-0.1, 3.1, -pi / 2))
-    notes = pianta.convert(FLOOR, tmp_path / "m", to="nav2-keepout", grid=turned, options=make_options(rooms=("3",)))
+    notes = pianta.convert(FLOOR, tmp_path / "m", to="nav2-keepout", grid=turned, rooms=["3"])
     assert notes == ["the map has a yaw, which Nav2's filters refuse: the mask has a grid of its own"]
     keys, cells = read_raw(tmp_path / "m" / "keepout.yaml")
     assert keys["origin"] == pytest.approx([-0.1, -0.1, 0])

@@ -7,10 +7,9 @@ from shapely import LineString, Point, Polygon, affinity, box
 
 import pianta
 from pianta.floor.straight import find_directions, measure_right_angles, straighten_floor
-from pianta.io.writers._formats import WriteOptions
 
 
-def make_ragged(x_min, y_min, x_max, y_max, step=0.05):
+def make_ragged(x_min: float, y_min: float, x_max: float, y_max: float, step: float = 0.05) -> Polygon:
     """A rectangle whose sides go in and out by a cell every half metre."""
     sides = []
     for (x0, y0), (x1, y1) in zip(
@@ -93,8 +92,7 @@ def test_rooms_of_worlds_do_not_overlap_and_keep_doors_and_areas():
 
 def test_convert_counts_rooms_that_are_not_straight(tmp_path):
     floor = pianta.Floor((pianta.Room(1, Point(0, 0).buffer(3)), *(pianta.Room(2, box(5, 0, 9, 3)),)))
-    options = WriteOptions(straight=True)
-    notes = pianta.convert(floor, tmp_path / "floor.svg", to="svg", options=options)
+    notes = pianta.convert(floor, tmp_path / "floor.svg", to="svg", straight=True)
     assert notes == ["1 of 2 rooms have no right angles and are as they were"]
 
 

@@ -16,7 +16,6 @@ import pianta
 from pianta.errors import BuildingError, BuildingWarning, MapError, OptionError
 from pianta.io.vacuum_segments import name_rooms
 from pianta.io.valetudo import read_vacuum_map
-from pianta.io.writers._formats import WriteOptions
 from pianta.plan.sheets.map_or_plan import detect_input_kind
 from tests.conftest import DATA
 
@@ -182,7 +181,7 @@ class TestRealMaps:
     @pytest.mark.filterwarnings("ignore::pianta.errors.BuildingWarning")
     def test_a_written_map_is_the_map(self, path, tmp_path):
         floor, grid = pianta.read_building(path), pianta.read_map(path)
-        pianta.convert(floor, tmp_path / "map.json", to="valetudo", options=WriteOptions(robot_map=path))
+        pianta.convert(floor, tmp_path / "map.json", to="valetudo", robot_map=path)
         written = json.loads((tmp_path / "map.json").read_text())
         assert (pianta.read_map(tmp_path / "map.json").cells == grid.cells).all()
         again = pianta.read_building(tmp_path / "map.json")
@@ -221,8 +220,8 @@ FLOOR = pianta.Floor(
 
 class TestWritten:
     def test_segments_of_the_robot_keep_their_ids(self, tmp_path):
-        options = WriteOptions(robot_map=write(tmp_path / "map.json"))
-        notes = pianta.convert(FLOOR, tmp_path / "new.json", to="valetudo", options=options)
+        robot_map = write(tmp_path / "map.json")
+        notes = pianta.convert(FLOOR, tmp_path / "new.json", to="valetudo", robot_map=robot_map)
         written = json.loads((tmp_path / "new.json").read_text(encoding="utf-8"))
         assert notes == ["the robot has no segment for 1 room (3), their ids are new"]
         assert written["metaData"] == {"version": 2, "vendorMapId": 7, "totalLayerArea": 11 * 25}
@@ -243,8 +242,8 @@ class TestWritten:
 
     def test_a_name_of_the_robot_stays(self, tmp_path):
         floor = pianta.Floor((pianta.Room(1, FLOOR[1].polygon, "KITCHEN"),))
-        options = WriteOptions(robot_map=write(tmp_path / "map.json"))
-        pianta.convert(floor, tmp_path / "new.json", to="valetudo", options=options)
+        robot_map = write(tmp_path / "map.json")
+        pianta.convert(floor, tmp_path / "new.json", to="valetudo", robot_map=robot_map)
         assert pianta.read_building(tmp_path / "new.json")[16].name == "Küche"
 
     def test_a_new_map(self, tmp_path):
@@ -268,8 +267,8 @@ class TestWritten:
         assert pianta.read_building(tmp_path / "new.json")[5].polygon.area == pytest.approx(6 * 0.05**2)
 
     def test_card(self, tmp_path):
-        options = WriteOptions(robot_map=write(tmp_path / "map.json"))
-        notes = pianta.convert(FLOOR, tmp_path / "card.yaml", to="map-card", options=options)
+        robot_map = write(tmp_path / "map.json")
+        notes = pianta.convert(FLOOR, tmp_path / "card.yaml", to="map-card", robot_map=robot_map)
         card = yaml.safe_load((tmp_path / "card.yaml").read_text(encoding="utf-8"))
         assert card["type"] == "custom:xiaomi-vacuum-map-card"
         (mode,) = card["map_modes"]

@@ -56,17 +56,23 @@ def convert_floor(
     What a format cannot hold is named, a line each.
     """
     chosen = find_format(to)
-    values: dict[str, Any] = {"robot_radius": robot_radius, "speed": speed, "robot_map": robot_map}
-    numbers = {name: value for name, value in values.items() if value is not None}
     reference = read_georeference(georeference) if georeference else None
-    options = WriteOptions(**numbers, rooms=tuple(rooms or ()), straight=straight, georeference=reference)
-    check_options(to, options)
+    values: dict[str, Any] = {
+        "robot_radius": robot_radius,
+        "speed": speed,
+        "robot_map": robot_map,
+        "rooms": rooms and tuple(rooms),
+        "straight": straight or None,
+        "georeference": reference,
+    }
+    options = {name: value for name, value in values.items() if value is not None}
+    check_options(to, WriteOptions(**options))
     path = target or (out if out.is_dir() else out.parent) / chosen.file
     if chosen.is_folder:
         check_output_folder(path)
     else:
         check_output_file(path, "output")
-    notes = convert(out, path, to=to, options=options)
+    notes = convert(out, path, to=to, **options)
     if not quiet:
         if reference:
             print_result(reference.describe())

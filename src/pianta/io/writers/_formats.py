@@ -18,6 +18,10 @@ if TYPE_CHECKING:
     from pianta.io.georeference import Georeference
 
 
+# Of a speed mask, percent of the robot's own.
+SPEED = 50.0
+
+
 @dataclass(frozen=True, kw_only=True)
 class WriteOptions:
     """What formats ask for beside the building.
@@ -29,7 +33,7 @@ class WriteOptions:
 
     robot_radius: float = ROBOT_RADIUS
     rooms: tuple[str, ...] = ()
-    speed: float = 50.0
+    speed: float = SPEED
     straight: bool = False
     georeference: Georeference | None = None
     robot_map: Path | None = None

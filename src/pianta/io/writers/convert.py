@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,7 +14,9 @@ from pianta.gridmap import GridMap
 from pianta.io._files import atomic_file, count_noun, short_repr
 from pianta.io._folders import atomic_folder
 from pianta.io.building_folders import read_building_folder
-from pianta.io.writers._formats import FORMATS, Format, WriteOptions
+from pianta.io.georeference import Georeference, read_georeference
+from pianta.io.writers._formats import FORMATS, SPEED, Format, WriteOptions
+from pianta.navigation.robot import ROBOT_RADIUS
 
 
 def convert(
@@ -22,7 +25,12 @@ def convert(
     *,
     to: str,
     grid: GridMap | None = None,
-    options: WriteOptions | None = None,
+    robot_radius: float = ROBOT_RADIUS,
+    rooms: Sequence[str] = (),
+    speed: float = SPEED,
+    straight: bool = False,
+    georeference: Georeference | str | Path | None = None,
+    robot_map: str | Path | None = None,
 ) -> list[str]:
     """Write a floor or a building in a format of other programs.
 
@@ -36,8 +44,18 @@ def convert(
         The format, one of those that `pianta convert --help` lists.
     grid
         The map of a floor, which formats for robots need; a folder has it.
-    options
-        What some formats ask for.
+    robot_radius
+        Of the robot, metres, for routes, waypoints and cleaning.
+    rooms
+        The rooms of a mask, by ids, names or labels; all if empty.
+    speed
+        Of a speed mask, percent.
+    straight
+        Whether outlines get right angles where the building has them.
+    georeference
+        From the map frame to the earth, or its file: control points or an anchor.
+    robot_map
+        Valetudo's map JSON of the robot, whose segment ids rooms get.
 
     Returns
     -------
@@ -61,7 +79,15 @@ def convert(
     >>> Path("rooms.csv").read_text(encoding="utf-8")[:21]
     'storey,id,number,name'
     """
-    chosen, options = find_format(to), options or WriteOptions()
+    chosen = find_format(to)
+    options = WriteOptions(
+        robot_radius=robot_radius,
+        rooms=tuple(rooms),
+        speed=speed,
+        straight=straight,
+        georeference=read_georeference(georeference) if isinstance(georeference, str | Path) else georeference,
+        robot_map=None if robot_map is None else Path(robot_map),
+    )
     check_options(to, options)
     building = _make_building(source, grid)
     notes: list[str] = []
