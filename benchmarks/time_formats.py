@@ -55,10 +55,13 @@ def time_format(name: str, floor: Floor, grid: GridMap, repeats: int) -> np.ndar
     with TemporaryDirectory() as folder:
         anchor = Path(folder) / "anchor.json"
         anchor.write_text(ANCHOR, encoding="utf-8")
+        # A keep-out mask needs rooms to keep out of
+        rooms = ["1"] if name == "nav2-keepout" else []
         georeference = read_georeference(anchor) if FORMATS[name].needs_georeference else None
         for _ in range(repeats + 1):
             start = perf_counter()
-            pianta.convert(floor, Path(folder) / FORMATS[name].file, to=name, grid=grid, georeference=georeference)
+            target = Path(folder) / FORMATS[name].file
+            pianta.convert(floor, target, to=name, grid=grid, georeference=georeference, rooms=rooms)
             seconds.append(perf_counter() - start)
     return np.array(seconds[1:])
 
