@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from abc import abstractmethod
+from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from hashlib import sha256
 from pathlib import Path
@@ -23,7 +23,7 @@ Content = TypeVar("Content")
 PLAIN = {"building_type": {}, "corrections": [], "labels": [], "graph": [], "has_map": False, "background": None}
 
 
-class ResultSession(Generic[Content]):
+class ResultSession(ABC, Generic[Content]):
     """A folder of results as the page sees it, read-only; safe to use from several threads.
 
     It has the methods of a Session. Some have parts: steps, samples or buildings, numbered from 0, which the page loads
@@ -53,19 +53,22 @@ class ResultSession(Generic[Content]):
     def _list_facts(self, content: Content) -> list[str]:
         """What a gallery says of the results, in a few words each."""
 
+    @abstractmethod
     def _count_parts(self, content: Content) -> int:
-        raise NotImplementedError
+        """The number of parts."""
 
     def _choose_part(self, content: Content) -> int:
         """The part whose picture the state has."""
         del content
         return 0
 
+    @abstractmethod
     def _describe_part(self, content: Content, part: int, version: str) -> dict[str, Any]:
-        raise NotImplementedError
+        """What the page shows of a part."""
 
+    @abstractmethod
     def _open_picture(self, content: Content, part: int) -> GridMap | None:
-        raise NotImplementedError
+        """The map below a part; None without one."""
 
     def version(self) -> str:
         """A hash of the names, sizes and times of the files; raises RefusedError if the results are gone."""
