@@ -48,7 +48,9 @@ LEVELS = (
 # Methods of results and models that users expect there; each imports what it calls when it is called.
 SHORTCUTS = {
     ("pianta.floor._floor", "pianta.io.floors"),
+    ("pianta.building", "pianta.io.writers.convert"),
     ("pianta.floor._floor", "pianta.io.geodataframes"),
+    ("pianta.floor._floor", "pianta.io.writers.convert"),
     ("pianta.floor._floor", "pianta.plot.floor"),
     ("pianta.floor._floor", "pianta.view.notebook"),
     ("pianta.floor._corrected", "pianta.corrections.by_id"),

@@ -5,13 +5,17 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Literal, TypeAlias
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal, TypeAlias, Unpack
 
 import networkx as nx
 
 from pianta.errors import FloorError
 from pianta.floor import Floor, Room
 from pianta.gridmap import GridMap
+
+if TYPE_CHECKING:
+    from pianta.io.writers.convert import ConvertOptions
 
 LinkKind: TypeAlias = Literal["stairs", "lift"]
 
@@ -121,6 +125,39 @@ class Building:
         for storey in self.storeys:
             for room in storey.floor:
                 yield storey, room
+
+    def to_file(self, path: str | Path, *, to: str | None = None, **options: Unpack[ConvertOptions]) -> list[str]:
+        """Write the building in a format of other programs; see `pianta.convert`.
+
+        Parameters
+        ----------
+        path
+            The file or the folder to write; older ones are replaced, all files or none.
+        to
+            The format; if None, the one format whose files have the suffix of the path.
+        **options
+            Those of `pianta.convert`: robot_radius, rooms, speed, straight, georeference, robot_map.
+
+        Returns
+        -------
+        list of str
+            What the format cannot hold and what was changed for it, a line each.
+
+        Raises
+        ------
+        PiantaError
+            As `pianta.convert`.
+
+        Examples
+        --------
+        >>> import pianta
+        >>> floor, grid = pianta.make_world("corridor")
+        >>> pianta.Building((pianta.Storey(floor, grid=grid),)).to_file("route.geojson", to="nav2-route")
+        []
+        """
+        from pianta.io.writers.convert import convert
+
+        return convert(self, path, to=to, **options)
 
     def graph(self) -> nx.Graph:
         """Join the topological graphs of all storeys by the stairs and lifts.

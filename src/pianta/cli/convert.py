@@ -8,14 +8,15 @@ from typing import Annotated, Any
 import typer
 
 from pianta.cli.terminal import Quiet, print_result
+from pianta.errors import OptionError
 from pianta.io._folders import check_output_file, check_output_folder
 from pianta.io.georeference import read_georeference
 from pianta.io.writers._formats import FORMATS, WriteOptions
-from pianta.io.writers.convert import check_options, convert, find_format
+from pianta.io.writers.convert import check_options, convert, find_format, find_format_name
 
 EXAMPLES = (
     "pianta convert building --to csv",
-    "pianta convert building --to excel -o rooms.xlsx",
+    "pianta convert building -o rooms.xlsx",
     "pianta convert building --to gpkg --georeference anchor.yaml",
     "pianta convert building --to map-card --robot-map map.json",
 )
@@ -23,7 +24,10 @@ EXAMPLES = (
 Out = Annotated[
     Path, typer.Argument(metavar="OUT", help="A folder that `pianta read` has written, or a floor.geojson.")
 ]
-To = Annotated[str, typer.Option("--to", metavar="FORMAT", help=f"One of {', '.join(FORMATS)}.")]
+To = Annotated[
+    str | None,
+    typer.Option("--to", metavar="FORMAT", help=f"One of {', '.join(FORMATS)}; by the suffix of --out unless given."),
+]
 Target = Annotated[Path | None, typer.Option("--out", "-o", help="The file or folder to write; in OUT unless given.")]
 RobotRadius = Annotated[float | None, typer.Option(metavar="M", help="Radius of the robot, metres; 0.22 unless given.")]
 Rooms = Annotated[list[str] | None, typer.Option("--rooms", metavar="ROOM", help="Id, name or label; may be repeated.")]
@@ -41,7 +45,7 @@ GeoreferenceFile = Annotated[
 def convert_floor(
     out: Out,
     *,
-    to: To,
+    to: To = None,
     target: Target = None,
     robot_radius: RobotRadius = None,
     rooms: Rooms = None,
@@ -55,6 +59,10 @@ def convert_floor(
 
     What a format cannot hold is named, a line each.
     """
+    if to is None:
+        if target is None:
+            raise OptionError("no format, give --to FORMAT")
+        to = find_format_name(target)
     chosen = find_format(to)
     reference = read_georeference(georeference) if georeference else None
     values: dict[str, Any] = {

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, Unpack
 
 import networkx as nx
 import numpy as np
@@ -24,6 +24,8 @@ from pianta.labels import standard_building_type
 if TYPE_CHECKING:
     from geopandas import GeoDataFrame
     from matplotlib.axes import Axes
+
+    from pianta.io.writers.convert import ConvertOptions
 
 MAX_LABEL_IMAGE_ID = np.iinfo(np.uint16).max
 
@@ -233,6 +235,43 @@ class Floor(Correctable):
         from pianta.io.floors import save_floor
 
         save_floor(self, path)
+
+    def to_file(
+        self, path: str | Path, *, to: str | None = None, grid: GridMap | None = None, **options: Unpack[ConvertOptions]
+    ) -> list[str]:
+        """Write the floor in a format of other programs; see `pianta.convert`.
+
+        Parameters
+        ----------
+        path
+            The file or the folder to write; older ones are replaced, all files or none.
+        to
+            The format; if None, the one format whose files have the suffix of the path.
+        grid
+            The map, which formats for robots need.
+        **options
+            Those of `pianta.convert`: robot_radius, rooms, speed, straight, georeference, robot_map.
+
+        Returns
+        -------
+        list of str
+            What the format cannot hold and what was changed for it, a line each.
+
+        Raises
+        ------
+        PiantaError
+            As `pianta.convert`.
+
+        Examples
+        --------
+        >>> import pianta
+        >>> floor, _ = pianta.make_world("corridor")
+        >>> floor.to_file("rooms.csv")
+        []
+        """
+        from pianta.io.writers.convert import convert
+
+        return convert(self, path, to=to, grid=grid, **options)
 
     def to_geodataframe(
         self, layer: Literal["rooms", "doors", "walls", "furniture", "possible_doors"] = "rooms"

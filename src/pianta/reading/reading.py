@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Unpack
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +27,7 @@ from pianta.reading.storeys import make_building
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+    from pianta.io.writers.convert import ConvertOptions
     from pianta.layout.explanation import Explanation
     from pianta.plan.sheets.sheet import PlanScale
 
@@ -221,6 +222,39 @@ class Reading:
             if len(self.storeys) > 1:
                 save_building_file(self.building, together.enter_context(atomic_folder(Path(folder))) / BUILDING_FILE)
         return folders
+
+    def to_file(self, path: str | Path, *, to: str | None = None, **options: Unpack[ConvertOptions]) -> list[str]:
+        """Write the building in a format of other programs; see `pianta.convert`.
+
+        Parameters
+        ----------
+        path
+            The file or the folder to write; older ones are replaced, all files or none.
+        to
+            The format; if None, the one format whose files have the suffix of the path.
+        **options
+            Those of `pianta.convert`: robot_radius, rooms, speed, straight, georeference, robot_map.
+
+        Returns
+        -------
+        list of str
+            What the format cannot hold and what was changed for it, a line each.
+
+        Raises
+        ------
+        PiantaError
+            As `pianta.convert`.
+
+        Examples
+        --------
+        >>> import pianta
+        >>> pianta.make_world("corridor")[1].save("map.yaml")
+        >>> pianta.read("map.yaml", labels=False).to_file("rooms.csv")
+        []
+        """
+        from pianta.io.writers.convert import convert
+
+        return convert(self, path, to=to, **options)
 
     def clean_map(self) -> GridMap:
         """Make the map without furniture, spray and people; see `pianta.clean_map`.

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Protocol, TypedDict
 
 from pianta.building import Building, Storey
 from pianta.errors import OptionError
@@ -19,11 +20,30 @@ from pianta.io.writers._formats import FORMATS, SPEED, Format, WriteOptions
 from pianta.navigation.robot import ROBOT_RADIUS
 
 
+class HasBuilding(Protocol):
+    """A reading of `pianta.read`, whose storeys are a building."""
+
+    @property
+    def building(self) -> Building:
+        """The storeys with their maps, and the stairs and lifts that join them."""
+
+
+class ConvertOptions(TypedDict, total=False):
+    """The options of `convert` beside the format."""
+
+    robot_radius: float
+    rooms: Sequence[str]
+    speed: float
+    straight: bool
+    georeference: Georeference | str | Path | None
+    robot_map: str | Path | None
+
+
 def convert(
-    source: Building | Floor | str | Path,
+    source: Building | Floor | HasBuilding | str | Path,
     path: str | Path,
     *,
-    to: str,
+    to: str | None = None,
     grid: GridMap | None = None,
     robot_radius: float = ROBOT_RADIUS,
     rooms: Sequence[str] = (),
@@ -37,11 +57,12 @@ def convert(
     Parameters
     ----------
     source
-        A building, a floor, or a folder that `pianta read` has written.
+        A building, a floor, what `pianta.read` gives, or a folder that `pianta read` has written.
     path
         The file or the folder to write; older ones are replaced, all files or none.
     to
-        The format, one of those that `pianta convert --help` lists.
+        The format, one of those that `pianta convert --help` lists; if None, the one format whose files have the suffix
+        of the path.
     grid
         The map of a floor, which formats for robots need; a folder has it.
     robot_radius
@@ -65,7 +86,7 @@ def convert(
     Raises
     ------
     OptionError
-        There is no such format, it has not these options, or a package for it is not installed.
+        There is no such format, several have the suffix, it has not these options, or a package is not installed.
     PiantaError
         The source cannot be read, does not have what the format needs, or a file cannot be written.
 
@@ -74,11 +95,13 @@ def convert(
     >>> from pathlib import Path
     >>> import pianta
     >>> floor, _ = pianta.make_world("corridor")
-    >>> pianta.convert(floor, "rooms.csv", to="csv")
+    >>> pianta.convert(floor, "rooms.csv")
     []
     >>> Path("rooms.csv").read_text(encoding="utf-8")[:21]
     'storey,id,number,name'
     """
+    if to is None:
+        to = find_format_name(Path(path))
     chosen = find_format(to)
     options = WriteOptions(
         robot_radius=robot_radius,
@@ -114,6 +137,16 @@ def straighten_building(building: Building) -> tuple[Building, list[str]]:
     return replace(building, storeys=storeys), notes
 
 
+def find_format_name(path: Path) -> str:
+    """The only format whose files have the suffix of a path; raises OptionError unless there is just one."""
+    suffix = path.suffix.lower()
+    names = [name for name, each in FORMATS.items() if suffix and Path(each.file).suffix == suffix]
+    if len(names) != 1:
+        choice = ", ".join(names or FORMATS)
+        raise OptionError(f"output {short_repr(path.name)} does not show the format, give one of {choice}")
+    return names[0]
+
+
 def find_format(name: str) -> Format:
     """The format of a name; raises OptionError for another name."""
     if name not in FORMATS:
@@ -134,9 +167,11 @@ def check_options(name: str, options: WriteOptions) -> None:
         raise OptionError(f"speed is {options.speed}, give a percentage up to 100")
 
 
-def _make_building(source: Building | Floor | str | Path, grid: GridMap | None) -> Building:
+def _make_building(source: Building | Floor | HasBuilding | str | Path, grid: GridMap | None) -> Building:
     if isinstance(source, Building):
         return source
     if isinstance(source, Floor):
         return Building((Storey(source, grid=grid),), Path(source.source).stem)
-    return read_building_folder(source)
+    if isinstance(source, str | Path):
+        return read_building_folder(source)
+    return source.building
