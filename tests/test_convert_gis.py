@@ -264,7 +264,7 @@ class TestOsm:
 
 # What the schema of the core module of IndoorGML allows in each element, in this order.
 CHILDREN = {
-    "IndoorFeatures": ("name", "primalSpaceFeatures", "MultiLayeredGraph"),
+    "IndoorFeatures": ("name", "primalSpaceFeatures", "multiLayeredGraph"),
     "PrimalSpaceFeatures": ("cellSpaceMember", "cellSpaceBoundaryMember"),
     "MultiLayeredGraph": ("spaceLayers",),
     "spaceLayers": ("spaceLayerMember",),
@@ -283,6 +283,10 @@ class TestIndoorGml:
         path, notes = write(HOUSE, tmp_path, "indoorgml")
         root = ElementTree.parse(path).getroot()
         assert root.tag == f"{CORE}IndoorFeatures"
+        # A feature is in an element of its role, which has no id
+        for feature in ("PrimalSpaceFeatures", "MultiLayeredGraph"):
+            (child,) = root.find(f"{CORE}{feature[0].lower()}{feature[1:]}")
+            assert child.tag == f"{CORE}{feature}"
         for element in root.iter():
             tag = element.tag.removeprefix(CORE)
             if tag in CHILDREN:

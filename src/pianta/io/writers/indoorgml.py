@@ -44,7 +44,9 @@ def write_indoorgml(building: Building, target: Path, _: WriteOptions) -> list[s
     root = _feature("IndoorFeatures", "building", building.name)
     root.set(f"{{{XSI}}}schemaLocation", SCHEMA)
     primal = _sub_feature(_sub(root, "primalSpaceFeatures"), "PrimalSpaceFeatures", "primal")
-    layers = _sub_feature(_sub_feature(root, "MultiLayeredGraph", "graph"), "spaceLayers", "layers")
+    layers = _sub_feature(
+        _sub_feature(_sub(root, "multiLayeredGraph"), "MultiLayeredGraph", "graph"), "spaceLayers", "layers"
+    )
     layer = _sub_feature(_sub(layers, "spaceLayerMember"), "SpaceLayer", "layer")
     _sub(layer, "class").text = "TOPOGRAPHIC"
     nodes, edges = (_sub_feature(layer, name, name) for name in ("nodes", "edges"))
