@@ -84,6 +84,14 @@ def build_lattice(space: FreeSpace, part: Mask, corner: tuple[int, int], stride:
     return Lattice(space, points + corner, matrix, numbers, corner)
 
 
+def trace_back(previous: Indices, end: int) -> list[int]:
+    """The points of a way to its end; previous: the one before each on the way from the start, -9999 before that."""
+    numbers = [end]
+    while (before := int(previous[numbers[-1]])) >= 0:
+        numbers.append(before)
+    return numbers[::-1]
+
+
 def straighten_way(space: FreeSpace, way: Indices, reached: Floats) -> Indices:
     """The corners of a way over cells, shape (N, 2): straight lines replace pieces of it that cost no less.
 
