@@ -26,7 +26,7 @@ from pianta.navigation.sweep import (
     sweep_room,
 )
 
-SEED = 0  # of the tour
+LEAST_SAVED = 1e-9  # metres, of an exchange of steps of the tour
 
 
 @dataclass(frozen=True)
@@ -163,23 +163,45 @@ def measure_plain_sweep(
 
 
 def _order_rooms(graph: nx.DiGraph, rooms: list[int]) -> list[int]:
-    """A short tour of the rooms of the largest connected part of the route graph.
-
-    The better one of a greedy tour and Christofides', both improved by threshold accepting.
-    """
+    """A short tour of the rooms of the largest connected part of the route graph: Christofides', improved by 2-opt."""
     parts = [[room for room in rooms if room in part] for part in nx.weakly_connected_components(graph)]
     reached = max(parts, key=len, default=[])
     if len(reached) < 3:
         return reached
-    complete = nx.Graph()
-    for room in reached:
-        lengths = nx.single_source_dijkstra_path_length(graph, room, weight="cost")
-        complete.add_weighted_edges_from((room, other, lengths[other]) for other in reached if other != room)
-    starts = (nx.approximation.greedy_tsp(complete), nx.approximation.christofides(complete))
-    tours = [nx.approximation.threshold_accepting_tsp(complete, [*start], seed=SEED) for start in starts]
-    tour = min(tours, key=lambda rooms: nx.path_weight(complete, rooms, "weight"))[:-1]
-    first = tour.index(reached[0])
-    return [*tour[first:], *tour[:first]]
+    costs = _measure_ways(graph, reached)
+    complete = nx.from_numpy_array(costs)
+    tours = [nx.approximation.greedy_tsp(complete), nx.approximation.christofides(complete)]
+    improved = [improve_tour(costs, np.array(tour[:-1])) for tour in tours]
+    tour = min(improved, key=lambda tour: float(costs[tour, np.roll(tour, -1)].sum()))
+    first = int((tour == 0).argmax())
+    return [reached[number] for number in np.roll(tour, -first).tolist()]
+
+
+def _measure_ways(graph: nx.DiGraph, rooms: list[int]) -> Floats:
+    """The costs of the cheapest ways between all rooms, shape (N, N)."""
+    from scipy.sparse.csgraph import dijkstra
+
+    numbers = {node: number for number, node in enumerate(graph)}
+    chosen = [numbers[room] for room in rooms]
+    matrix = nx.to_scipy_sparse_array(graph, weight="cost")
+    costs: Floats = dijkstra(matrix, indices=chosen)[:, chosen]
+    return np.minimum(costs, costs.T)
+
+
+def improve_tour(costs: Floats, tour: Indices) -> Indices:
+    """A closed tour without two steps that are better exchanged for two others (2-opt): the best exchange each time.
+
+    costs: between all places, symmetric, shape (N, N). tour: the places in their order, shape (N,).
+    """
+    while True:
+        following = np.roll(tour, -1)
+        kept = costs[tour, following]
+        saved = np.triu(np.add.outer(kept, kept) - costs[np.ix_(tour, tour)] - costs[np.ix_(following, following)], 1)
+        first, second = np.unravel_index(int(saved.argmax()), saved.shape)
+        if saved[first, second] <= LEAST_SAVED:
+            return tour
+        tour = tour.copy()
+        tour[first + 1 : second + 1] = tour[first + 1 : second + 1][::-1]
 
 
 def _cut_area(space: FreeSpace, room: int, cell: Cell) -> SweepArea:

@@ -22,7 +22,7 @@ LANE_SPACING = 0.9
 # Patches that the lanes leave out are visited if they are at least this large, square metres. Chosen by hand.
 MIN_PATCH = 0.06
 # Metres between points of a path from which a robot visits a patch.
-INSERT_STEP = 0.5
+INSERT_STEP = 0.25
 # Points of a path that are tried as the start of a straight visit, the nearest ones. Chosen by hand.
 MAX_STARTS = 16
 # Costs up to which ways in a room are looked for, one after the other: most are short. Chosen by hand.
@@ -52,8 +52,13 @@ class SweepArea:
 
     @cached_property
     def lattice(self) -> Lattice:
-        """The lattice of its cells, on which ways are looked for."""
+        """The lattice of its cells, on which ways are looked for first."""
         return build_lattice(self.space, self.part, self.corner, find_stride(self.space.grid.resolution))
+
+    @cached_property
+    def fine_lattice(self) -> Lattice:
+        """The lattice of all its cells, for passages that the other lacks."""
+        return build_lattice(self.space, self.part, self.corner, 1)
 
 
 def sweep_room(area: SweepArea, start: Cell) -> Indices:
@@ -134,25 +139,52 @@ def _is_straight(area: SweepArea, start: Cell, end: Cell) -> bool:
 
 def _find_ways(area: SweepArea, pairs: list[tuple[Cell, Cell]]) -> dict[tuple[Cell, Cell], Indices]:
     """The corners of a way between the cells of each pair, in the window: in the room, else elsewhere on the floor."""
-    ends = {cell: _find_lattice_point(area, cell) for cell in {cell for pair in pairs for cell in pair}}
-    joined = [(ends[start], ends[end]) for start, end in pairs]
-    traced = _trace_ways(area.lattice, {pair for pair in joined if -1 not in pair}) if pairs else {}
-    ways = {}
-    for (start, end), numbers in zip(pairs, joined, strict=True):
-        if numbers in traced:
-            inner = straighten_way(area.space, *traced[numbers]) - np.array(area.corner)
-            ways[start, end] = np.concatenate([[start], inner, [end]])
-        else:
-            ways[start, end] = find_way(area, start, end)
-    return ways
+    ways: dict[tuple[Cell, Cell], Indices] = {}
+    for fine in (False, True):
+        left = [pair for pair in pairs if pair not in ways]
+        if left:
+            ways |= _find_ways_on(area, area.fine_lattice if fine else area.lattice, left)
+    return ways | {pair: find_way(area, *pair) for pair in pairs if pair not in ways}
 
 
-def _find_lattice_point(area: SweepArea, cell: Cell) -> int:
-    """The number of a point of the lattice of an area, in sight of a cell of its window beside it; -1 without one."""
-    top, left = area.corner
-    stride = find_stride(area.space.grid.resolution)
-    choices = _list_sights(area.space, (cell[0] + top, cell[1] + left), stride)
-    return next((number for number in map(area.lattice.find_point, choices) if number >= 0), -1)
+def _find_ways_on(
+    area: SweepArea, lattice: Lattice, pairs: list[tuple[Cell, Cell]]
+) -> dict[tuple[Cell, Cell], Indices]:
+    """The corners of the ways between those pairs of cells that a lattice of an area joins."""
+    numbers = {cell: _find_lattice_point(area, lattice, cell) for cell in {cell for pair in pairs for cell in pair}}
+    joined = {pair: (numbers[pair[0]], numbers[pair[1]]) for pair in pairs}
+    traced = _trace_ways(lattice, {each for each in joined.values() if -1 not in each})
+    corner = np.array(area.corner)
+    return {
+        (start, end): _pull_way(area, np.concatenate([[start], traced[each][0] - corner, [end]]))
+        for (start, end), each in joined.items()
+        if each in traced
+    }
+
+
+def _pull_way(area: SweepArea, way: Indices) -> Indices:
+    """The corners of a way over cells of the window, with the longest straight pieces from its start on."""
+    cells = [(int(row), int(col)) for row, col in way.tolist()]
+    corners, here = [0], 0
+    while here < len(cells) - 1:
+        # Double the stride while the line is straight, then halve it.
+        stride, ahead = 1, here + 1
+        while stride:
+            further = min(ahead + stride, len(cells) - 1)
+            if further > ahead and _is_straight(area, cells[here], cells[further]):
+                ahead, stride = further, stride * 2
+            else:
+                stride //= 2
+        here = ahead
+        corners.append(here)
+    return way[corners]
+
+
+def _find_lattice_point(area: SweepArea, lattice: Lattice, cell: Cell) -> int:
+    """The number of a point of a lattice, in sight of a cell of the window of an area beside it; -1 without one."""
+    on_map = cell[0] + area.corner[0], cell[1] + area.corner[1]
+    choices = map(lattice.find_point, _list_sights(area.space, on_map, lattice.stride))
+    return next((number for number in choices if number >= 0), -1)
 
 
 def _trace_ways(
@@ -232,8 +264,14 @@ def _choose_patch_visits(area: SweepArea, path: Indices) -> list[list[Cell]]:
         left, top, width, height = stats[number, :4].tolist()
         row, col = max(top - reach, 0), max(left - reach, 0)
         window = slice(row, top + height + reach), slice(col, left + width + reach)
-        near, patch = np.argwhere(area.part[window]), np.argwhere(patches[window] == number)
+        patch = np.argwhere((patches[window] == number) & missing[window])
+        near = np.argwhere(area.part[window])
+        if len(patch) < least:
+            continue
         visits.append(_cover_patch(patch + [row, col], near + [row, col], area.radius_px, least))
+        for cell in visits[-1]:
+            # What other patches have there is swept too
+            cv2.circle(missing.view(np.uint8), cell[::-1], int(area.radius_px), 0, cv2.FILLED)
     return visits
 
 
