@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import inf
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -90,11 +91,11 @@ def trace_back(previous: Indices, end: int) -> list[int]:
     return numbers[::-1]
 
 
-def straighten_way(space: FreeSpace, way: Indices, reached: Floats) -> Indices:
-    """The corners of a way over cells, shape (N, 2): straight lines replace pieces of it that cost no less.
+def straighten_way(space: FreeSpace, way: Indices, reached: Floats | None = None) -> Indices:
+    """The corners of a way over cells, shape (N, 2): straight lines replace pieces of it.
 
     way: row, col, shape (M, 2); the straight lines between its cells are open. reached: the cost of the way up to each
-    of its cells, shape (M,).
+    of its cells, shape (M,), if straight lines may cost no more.
     """
     corners, here = [0], 0
     while here < len(way) - 1:
@@ -102,7 +103,7 @@ def straighten_way(space: FreeSpace, way: Indices, reached: Floats) -> Indices:
         stride, ahead = 1, here + 1
         while stride:
             further = min(ahead + stride, len(way) - 1)
-            saved = (reached[further] - reached[here]) * (1 + TOLERANCE)
+            saved = inf if reached is None else (reached[further] - reached[here]) * (1 + TOLERANCE)
             if further > ahead and _is_as_good(space, way[here], way[further], saved):
                 ahead, stride = further, stride * 2
             else:
@@ -113,7 +114,7 @@ def straighten_way(space: FreeSpace, way: Indices, reached: Floats) -> Indices:
 
 
 def _is_as_good(space: FreeSpace, start: Indices, end: Indices, cost: float) -> bool:
-    return space.measure_cost(start, end) <= cost and space.is_straight(start, end)
+    return space.is_straight(start, end) and (cost == inf or space.measure_cost(start, end) <= cost)
 
 
 def _is_open_between(framed: Mask, points: Indices, down: int, right: int, stride: int) -> Mask:

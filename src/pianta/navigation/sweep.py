@@ -155,29 +155,11 @@ def _find_ways_on(
     joined = {pair: (numbers[pair[0]], numbers[pair[1]]) for pair in pairs}
     traced = _trace_ways(lattice, {each for each in joined.values() if -1 not in each})
     corner = np.array(area.corner)
-    return {
-        (start, end): _pull_way(area, np.concatenate([[start], traced[each][0] - corner, [end]]))
-        for (start, end), each in joined.items()
-        if each in traced
-    }
-
-
-def _pull_way(area: SweepArea, way: Indices) -> Indices:
-    """The corners of a way over cells of the window, with the longest straight pieces from its start on."""
-    cells = [(int(row), int(col)) for row, col in way.tolist()]
-    corners, here = [0], 0
-    while here < len(cells) - 1:
-        # Double the stride while the line is straight, then halve it.
-        stride, ahead = 1, here + 1
-        while stride:
-            further = min(ahead + stride, len(cells) - 1)
-            if further > ahead and _is_straight(area, cells[here], cells[further]):
-                ahead, stride = further, stride * 2
-            else:
-                stride //= 2
-        here = ahead
-        corners.append(here)
-    return way[corners]
+    ways = {}
+    for (start, end), each in ((pair, each) for pair, each in joined.items() if each in traced):
+        cells = np.concatenate([[start + corner], traced[each][0], [end + corner]])
+        ways[start, end] = straighten_way(area.space, cells) - corner
+    return ways
 
 
 def _find_lattice_point(area: SweepArea, lattice: Lattice, cell: Cell) -> int:
@@ -187,9 +169,7 @@ def _find_lattice_point(area: SweepArea, lattice: Lattice, cell: Cell) -> int:
     return next((number for number in choices if number >= 0), -1)
 
 
-def _trace_ways(
-    lattice: Lattice, pairs: Iterable[tuple[int, int]]
-) -> dict[tuple[int, int], tuple[Indices, Floats]]:
+def _trace_ways(lattice: Lattice, pairs: Iterable[tuple[int, int]]) -> dict[tuple[int, int], tuple[Indices, Floats]]:
     """For each pair of points that a lattice joins the cells of the shortest way, and the cost up to each of them."""
     from scipy.sparse.csgraph import dijkstra
 
@@ -265,10 +245,10 @@ def _choose_patch_visits(area: SweepArea, path: Indices) -> list[list[Cell]]:
         row, col = max(top - reach, 0), max(left - reach, 0)
         window = slice(row, top + height + reach), slice(col, left + width + reach)
         patch = np.argwhere((patches[window] == number) & missing[window])
-        near = np.argwhere(area.part[window])
+        near, corner = np.argwhere(area.part[window]), np.array([row, col])
         if len(patch) < least:
             continue
-        visits.append(_cover_patch(patch + [row, col], near + [row, col], area.radius_px, least))
+        visits.append(_cover_patch(patch + corner, near + corner, area.radius_px, least))
         for cell in visits[-1]:
             # What other patches have there is swept too
             cv2.circle(missing.view(np.uint8), cell[::-1], int(area.radius_px), 0, cv2.FILLED)
@@ -310,8 +290,8 @@ def _insert_visits(area: SweepArea, path: Indices, visits: list[list[Cell]]) -> 
         inserts.setdefault(index, []).extend(ordered)
     loops = _connect_routes(area, [[points[index], *visit, points[index]] for index, visit in inserts.items()])
     found = dict(zip(inserts, loops, strict=True))
-    pieces = [found.get(index, array[index : index + 1].astype(np.intp)) for index in range(len(points))]
-    return _drop_straight_points(np.concatenate(pieces))
+    kept = [found.get(index, array[index : index + 1].astype(np.intp)) for index in range(len(points))]
+    return _drop_straight_points(np.concatenate(kept))
 
 
 def _choose_start(area: SweepArea, points: Floats, visit: list[Cell]) -> tuple[int, list[Cell]]:
