@@ -33,6 +33,7 @@ from pianta._types import Mask
 from pianta.exploration.routes import find_route, measure_distances, straighten_route
 from pianta.floor import Floor
 from pianta.gridmap import FREE, OCCUPIED, GridMap
+from pianta.navigation.cleaning import measure_plain_sweep
 from pianta.navigation.robot import ROBOT_RADIUS
 from pianta_bench.data.folders import find_data
 
@@ -95,6 +96,7 @@ def score_map(file: Path) -> dict[str, Any]:
     start = time.process_time()
     plan = pianta.plan_cleaning(floor, grid)
     clean_seconds = time.process_time() - start
+    plain = measure_plain_sweep(floor, grid, plan.rooms)
     return {
         "rooms": len(floor),
         "nodes": len(graph),
@@ -106,9 +108,9 @@ def score_map(file: Path) -> dict[str, Any]:
         "coverage": plan.swept.coverage,
         "overlap": plan.swept.overlap,
         "length": plan.swept.length,
-        "plain coverage": plan.plain.coverage,
-        "plain overlap": plan.plain.overlap,
-        "plain length": plan.plain.length,
+        "plain coverage": plain.coverage,
+        "plain overlap": plain.overlap,
+        "plain length": plain.length,
         "left out": len(plan.left_out),
         "clean seconds": clean_seconds,
         **score_graph_without_map(floor, grid, is_open),

@@ -8,13 +8,17 @@ import networkx as nx
 import numpy as np
 import pytest
 import shapely
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
 from shapely import LineString
 
 import pianta
 from pianta.errors import FloorError
 from pianta.navigation.boustrophedon import decompose
-from pianta.navigation.free_space import cross_cells, find_free_space
-from pianta.navigation.sweep import dilate, find_swept_cells
+from pianta.navigation.cleaning import improve_tour, measure_plain_sweep
+from pianta.navigation.free_space import SLACK_PX, FreeSpace, cross_cells, find_free_space
+from pianta.navigation.sweep import SweepArea, connect_points, dilate, find_swept_cells
 from tests.test_nav2_route import FLOOR, GRID
 
 RADIUS = 0.22
@@ -57,7 +61,7 @@ def test_paths_sweep_the_floor_and_touch_nothing(world):
     plan = pianta.plan_cleaning(floor, grid)
     assert {*plan.rooms} | {*plan.left_out} == {room.id for room in floor}
     assert plan.swept.coverage > 0.95
-    assert plan.swept.coverage > plan.plain.coverage
+    assert plan.swept.coverage > measure_plain_sweep(floor, grid, plan.rooms).coverage
     space = find_free_space(floor, grid, RADIUS)
     for path in (*plan.paths.values(), *plan.ways.values()):
         pixels = np.column_stack(grid.map_to_pixel(*path.T))
@@ -101,6 +105,55 @@ def test_the_tour_is_the_shortest():
         return float(sum(lengths[a][b] for a, b in pairwise((first, *order, first))))
 
     assert measure(others) == pytest.approx(min(map(measure, permutations(others))))
+
+
+def test_crossed_steps_of_a_tour_are_exchanged():
+    """The corners of a square of 1 m: the diagonals of a tour along both of them become sides."""
+    corners = np.array([[0, 0], [0, 1], [1, 1], [1, 0]])
+    costs = np.hypot(*(corners[:, None] - corners[None]).transpose(2, 0, 1))
+    tour = improve_tour(costs, np.array([0, 2, 1, 3]))
+    assert sorted(tour.tolist()) == [0, 1, 2, 3]
+    assert costs[tour, np.roll(tour, -1)].sum() == pytest.approx(4)
+
+
+def make_space(picture: str) -> FreeSpace:
+    """Cells of 1 m; closed where a picture has a #, without slower cells beside them."""
+    is_open = np.array([[letter != "#" for letter in line] for line in picture.split()])
+    grid = pianta.GridMap(np.where(is_open, 0, 100).astype(np.int8), 1.0)
+    return FreeSpace(grid, 0.0, is_open, np.where(is_open, 9.0, 0.0), is_open.astype(np.int32))
+
+
+def test_a_way_goes_around_a_wall():
+    """Along the wall, past its end and back: straight lines from corner to corner."""
+    space = make_space("..... ####. .....")
+    area = SweepArea(space, space.open, (0, 0))
+    path = connect_points(area, [(0, 0), (2, 0)])
+    assert path.tolist() == [[0, 0], [0, 4], [2, 4], [2, 0]]
+
+
+def test_a_way_leaves_the_room_where_the_room_has_none():
+    """The last column is in another room."""
+    space = make_space("..... ####. .....")
+    part = space.open.copy()
+    part[:, 4] = False
+    path = connect_points(SweepArea(space, part, (0, 0)), [(0, 0), (2, 0)])
+    assert path.tolist() == [[0, 0], [0, 4], [2, 4], [2, 0]]
+
+
+@given(
+    arrays(bool, (7, 9), elements=st.sampled_from([True, True, True, False])),
+    st.tuples(st.integers(0, 6), st.integers(0, 8)),
+    st.tuples(st.integers(0, 6), st.integers(0, 8)),
+)
+def test_a_line_is_straight_if_all_cells_that_it_crosses_are_open(is_open, start, end):
+    """Beside `cross_cells`, for both sides of the line."""
+    grid = pianta.GridMap(np.where(is_open, 0, 100).astype(np.int8), 1.0)
+    space = FreeSpace(grid, 0.0, is_open, is_open.astype(float), is_open.astype(np.int32))
+    ahead = np.subtract(end, start).astype(float)
+    aside = SLACK_PX * np.array([ahead[1], -ahead[0]]) / (np.hypot(*ahead) or 1)
+    ends = np.array([start, end]) + 0.5
+    crossed = np.concatenate([cross_cells(*(ends + side))[0] for side in (aside, -aside)])
+    assert space.is_straight(start, end) == is_open[tuple(crossed.T)].all()
 
 
 def test_the_file(tmp_path):

@@ -10,7 +10,8 @@ from shapely import LineString, MultiPoint, Point, box
 
 import pianta
 from pianta.errors import FloorError, OptionError
-from pianta.navigation.free_space import cross_cells, find_free_space
+from pianta.navigation.free_space import FreeSpace, cross_cells, find_free_space
+from pianta.navigation.lattice import build_lattice
 from tests.nav2_rules import find_broken_rules
 
 # Two rooms of 4 m x 3 m, cells of 0.1 m; the wall between them is a cell thick and has a door of 1 m at y = 1 … 2.
@@ -204,6 +205,16 @@ def test_cells_that_a_line_crosses():
     cells, lengths = cross_cells(np.array([0.5, 0.5]), np.array([1.5, 2.5]))
     assert cells.tolist() == [[0, 0], [0, 1], [1, 1], [1, 2]]
     assert lengths.tolist() == pytest.approx([5**0.5 / 4] * 4)
+
+
+def test_the_lattice_of_four_cells():
+    """One is closed: a step along the row and one along the column, none past the corner."""
+    is_open = np.array([[True, True], [True, False]])
+    grid = pianta.GridMap(np.where(is_open, 0, 100).astype(np.int8), 0.5)
+    space = FreeSpace(grid, 0.0, is_open, np.where(is_open, 9.0, 0.0), is_open.astype(np.int32))
+    lattice = build_lattice(space, is_open, (0, 0), 1)
+    assert lattice.points.tolist() == [[0, 0], [0, 1], [1, 0]]
+    assert lattice.costs.toarray().tolist() == [[0, 0.5, 0.5], [0.5, 0, 0], [0.5, 0, 0]]
 
 
 def test_the_room_at_a_position():

@@ -22,17 +22,16 @@ def cells_of_polygon(polygon: Polygon, grid: GridMap) -> tuple[slice, slice, Mas
     bottom, right = np.minimum(np.ceil(corners.max(axis=0)).astype(int) + 1, (height, width))
     if bottom <= top or right <= left:
         return slice(0, 0), slice(0, 0), np.zeros((0, 0), bool)
-    toggles = np.zeros((bottom - top, right - left + 1), np.int32)
-    for edge in zip(starts.tolist(), ends.tolist(), strict=True):
-        # From top to bottom, so that a common edge of two polygons crosses the same cells in both.
-        (row0, col0), (row1, col1) = sorted(edge)
-        first, last = np.ceil(np.clip((row0, row1), top, bottom)).astype(int)
-        if first == last:
-            continue
-        rows = np.arange(first, last)
-        crossings = col0 + (rows - row0) * (col1 - col0) / (row1 - row0)
-        cols = np.clip(np.ceil(crossings), left, right).astype(int)
-        toggles[rows - top, cols - left] += 1
+    # From top to bottom, so that a common edge of two polygons crosses the same cells in both.
+    is_down = (starts[:, 0] < ends[:, 0])[:, None]
+    (row0, col0), (row1, col1) = np.where(is_down, starts, ends).T, np.where(is_down, ends, starts).T
+    first, last = (np.ceil(np.clip(at, top, bottom)).astype(int) for at in (row0, row1))
+    edges = np.repeat(np.arange(len(first)), last - first)
+    rows = np.arange(len(edges)) - np.repeat(np.cumsum(last - first) - last, last - first)
+    crossings = col0[edges] + (rows - row0[edges]) * (col1 - col0)[edges] / (row1 - row0)[edges]
+    cols = np.clip(np.ceil(crossings), left, right).astype(int)
+    shape = bottom - top, right - left + 1
+    toggles = np.bincount((rows - top) * shape[1] + cols - left, minlength=shape[0] * shape[1]).reshape(shape)
     inside = np.cumsum(toggles, axis=1)[:, :-1] % 2 == 1
     return slice(top, bottom), slice(left, right), inside
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 import networkx as nx
@@ -15,18 +15,18 @@ from pianta.gridmap import GridMap
 from pianta.navigation.free_space import FreeSpace, find_free_space
 from pianta.navigation.positions import Cell, locate_doors, locate_rooms
 from pianta.navigation.robot import ROBOT_RADIUS
-from pianta.navigation.route_graph import build_route_graph
+from pianta.navigation.route_graph import join_positions
 from pianta.navigation.sweep import (
     SweepArea,
+    connect_points,
     dilate,
     find_swept_cells,
-    find_way,
     measure_length,
     sweep_once,
     sweep_room,
 )
 
-SEED = 0  # of the tour
+LEAST_SAVED = 1e-9  # metres, of an exchange of steps of the tour
 
 
 @dataclass(frozen=True)
@@ -63,8 +63,6 @@ class CleaningPlan:
         first room from that of the last.
     swept
         How much the paths sweep.
-    plain
-        The same of a sweep in one pass: lanes a robot's width apart, one after the other.
     left_out
         The ids of the rooms that the robot does not reach.
     """
@@ -73,7 +71,6 @@ class CleaningPlan:
     paths: Mapping[int, Floats]
     ways: Mapping[int, Floats]
     swept: Coverage
-    plain: Coverage
     left_out: tuple[int, ...]
 
 
@@ -112,46 +109,99 @@ def plan_cleaning(floor: Floor, grid: GridMap, *, robot_radius: float = ROBOT_RA
     (19, True)
     """
     space = find_free_space(floor, grid, robot_radius)
-    cells = locate_rooms(space, floor, locate_doors(space, floor))
-    graph = build_route_graph(floor, grid, robot_radius=robot_radius)
+    doors = locate_doors(space, floor)
+    cells = locate_rooms(space, floor, doors)
+    graph = join_positions(space, floor, cells, doors)
     order = _order_rooms(graph, [*cells])
     if not order:
         raise FloorError(f"a robot of {robot_radius} m radius fits nowhere, give a smaller robot_radius")
     areas = {room: _cut_area(space, room, cells[room]) for room in order}
-    paths, plain_paths = {}, []
+    paths = {}
     for room, area in areas.items():
         row, col = cells[room]
         paths[room] = sweep_room(area, (row - area.corner[0], col - area.corner[1])) + np.array(area.corner)
-        plain_paths.append(sweep_once(area) + np.array(area.corner))
-    goal = _find_goal(space, areas)
     return CleaningPlan(
         tuple(order),
         {room: space.to_map(path) for room, path in paths.items()},
-        _find_ways(space, graph, order, cells, paths),
-        _measure_coverage(space, goal, [*paths.values()]),
-        _measure_coverage(space, goal, plain_paths),
+        _find_ways(areas, graph, cells, paths),
+        _measure_coverage(space, areas, [*paths.values()]),
         tuple(room.id for room in floor if room.id not in paths),
     )
 
 
-def _order_rooms(graph: nx.DiGraph, rooms: list[int]) -> list[int]:
-    """A short tour of the rooms of the largest connected part of the route graph.
+def measure_plain_sweep(
+    floor: Floor, grid: GridMap, rooms: Iterable[int], *, robot_radius: float = ROBOT_RADIUS
+) -> Coverage:
+    """How much a sweep in one pass sweeps, to compare with: lanes a robot's width apart, one after the other.
 
-    The better one of a greedy tour and Christofides', both improved by threshold accepting.
+    Parameters
+    ----------
+    floor, grid, robot_radius
+        As for `plan_cleaning`.
+    rooms
+        The ids of the rooms that are swept, `rooms` of a plan.
+
+    Returns
+    -------
+    Coverage
+        Of these rooms.
+
+    Examples
+    --------
+    >>> import pianta
+    >>> from pianta.navigation.cleaning import measure_plain_sweep
+    >>> floor, grid = pianta.make_world("home")
+    >>> plan = pianta.plan_cleaning(floor, grid)
+    >>> measure_plain_sweep(floor, grid, plan.rooms).coverage < plan.swept.coverage
+    True
     """
+    space = find_free_space(floor, grid, robot_radius)
+    cells = locate_rooms(space, floor, locate_doors(space, floor))
+    areas = {room: _cut_area(space, room, cells[room]) for room in rooms}
+    paths = [sweep_once(area) + np.array(area.corner) for area in areas.values()]
+    return _measure_coverage(space, areas, paths)
+
+
+def _order_rooms(graph: nx.DiGraph, rooms: list[int]) -> list[int]:
+    """A short tour of the rooms of the largest connected part of the route graph: Christofides', improved by 2-opt."""
     parts = [[room for room in rooms if room in part] for part in nx.weakly_connected_components(graph)]
     reached = max(parts, key=len, default=[])
     if len(reached) < 3:
         return reached
-    complete = nx.Graph()
-    for room in reached:
-        lengths = nx.single_source_dijkstra_path_length(graph, room, weight="cost")
-        complete.add_weighted_edges_from((room, other, lengths[other]) for other in reached if other != room)
-    starts = (nx.approximation.greedy_tsp(complete), nx.approximation.christofides(complete))
-    tours = [nx.approximation.threshold_accepting_tsp(complete, [*start], seed=SEED) for start in starts]
-    tour = min(tours, key=lambda rooms: nx.path_weight(complete, rooms, "weight"))[:-1]
-    first = tour.index(reached[0])
-    return [*tour[first:], *tour[:first]]
+    costs = _measure_ways(graph, reached)
+    complete = nx.from_numpy_array(costs)
+    tours = [nx.approximation.greedy_tsp(complete), nx.approximation.christofides(complete)]
+    improved = [improve_tour(costs, np.array(tour[:-1])) for tour in tours]
+    tour = min(improved, key=lambda tour: float(costs[tour, np.roll(tour, -1)].sum()))
+    first = int((tour == 0).argmax())
+    return [reached[number] for number in np.roll(tour, -first).tolist()]
+
+
+def _measure_ways(graph: nx.DiGraph, rooms: list[int]) -> Floats:
+    """The costs of the cheapest ways between all rooms, shape (N, N)."""
+    from scipy.sparse.csgraph import dijkstra
+
+    numbers = {node: number for number, node in enumerate(graph)}
+    chosen = [numbers[room] for room in rooms]
+    matrix = nx.to_scipy_sparse_array(graph, weight="cost")
+    costs: Floats = dijkstra(matrix, indices=chosen)[:, chosen]
+    return np.minimum(costs, costs.T)
+
+
+def improve_tour(costs: Floats, tour: Indices) -> Indices:
+    """A closed tour without two steps that are better exchanged for two others (2-opt): the best exchange each time.
+
+    costs: between all places, symmetric, shape (N, N). tour: the places in their order, shape (N,).
+    """
+    while True:
+        following = np.roll(tour, -1)
+        kept = costs[tour, following]
+        saved = np.triu(np.add.outer(kept, kept) - costs[np.ix_(tour, tour)] - costs[np.ix_(following, following)], 1)
+        first, second = np.unravel_index(int(saved.argmax()), saved.shape)
+        if saved[first, second] <= LEAST_SAVED:
+            return tour
+        tour = tour.copy()
+        tour[first + 1 : second + 1] = tour[first + 1 : second + 1][::-1]
 
 
 def _cut_area(space: FreeSpace, room: int, cell: Cell) -> SweepArea:
@@ -173,7 +223,8 @@ def _find_goal(space: FreeSpace, areas: Mapping[int, SweepArea]) -> Mask:
     return dilate(is_inside, space.radius / space.grid.resolution)
 
 
-def _measure_coverage(space: FreeSpace, goal: Mask, paths: list[Indices]) -> Coverage:
+def _measure_coverage(space: FreeSpace, areas: Mapping[int, SweepArea], paths: list[Indices]) -> Coverage:
+    goal = _find_goal(space, areas)
     swept = find_swept_cells(paths, goal.shape, space.radius / space.grid.resolution)
     length = sum(map(measure_length, paths)) * space.grid.resolution
     area = float(np.count_nonzero(swept)) * space.grid.resolution**2
@@ -181,20 +232,22 @@ def _measure_coverage(space: FreeSpace, goal: Mask, paths: list[Indices]) -> Cov
 
 
 def _find_ways(
-    space: FreeSpace, graph: nx.DiGraph, order: list[int], cells: Mapping[int, Cell], paths: Mapping[int, Indices]
+    areas: Mapping[int, SweepArea], graph: nx.DiGraph, cells: Mapping[int, Cell], paths: Mapping[int, Indices]
 ) -> dict[int, Floats]:
-    """The ways between the paths of rooms, over the route graph."""
-    everything = SweepArea(space, space.open, (0, 0))
+    """The ways between the paths of rooms, over the route graph; areas: in the order of the tour."""
+    order = [*areas]
     ways = {}
     for before, room in zip([order[-1], *order[:-1]], order, strict=True):
         nodes = nx.shortest_path(graph, before, room, weight="cost")
         positions = [[graph.nodes[node]["x"], graph.nodes[node]["y"]] for node in nodes]
-        leave = find_way(everything, _as_cell(paths[before][-1]), cells[before])
-        arrive = find_way(everything, cells[room], _as_cell(paths[room][0]))
-        ways[room] = np.concatenate([space.to_map(leave)[:-1], positions, space.to_map(arrive)[1:]])
+        leave = _join_cells(areas[before], paths[before][-1], cells[before])
+        arrive = _join_cells(areas[room], paths[room][0], cells[room])[::-1]
+        ways[room] = np.concatenate([leave[:-1], positions, arrive[1:]])
     return ways
 
 
-def _as_cell(point: Indices) -> Cell:
-    row, col = point.tolist()
-    return row, col
+def _join_cells(area: SweepArea, start: Indices, end: Cell) -> Floats:
+    """The corners of a way between two cells of the map, x and y."""
+    top, left = area.corner
+    path = connect_points(area, [(int(start[0]) - top, int(start[1]) - left), (end[0] - top, end[1] - left)])
+    return area.space.to_map(path + np.array(area.corner))

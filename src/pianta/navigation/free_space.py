@@ -29,10 +29,6 @@ PENALTY = 1.0
 CLEAR = 0.3  # metres
 TINY = 1e-12  # share of a line
 SAMPLES_PER_CELL = 2  # where the cost of a straight line is measured
-# Cells; a line whose samples are all in cells deeper than this crosses open cells alone: the middle of a crossed cell
-# is at most half a diagonal from the line, that a quarter of a cell from a sample, and that half a diagonal from the
-# middle of its cell.
-SAFE_DEPTH = 2.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,15 +62,15 @@ class FreeSpace:
         return np.asarray(np.where(self.open, 1 + PENALTY * near, np.inf))
 
     @cached_property
-    def depth(self) -> Floats:
-        """The distance of each cell to the nearest closed one, shape (H, W), in cells; that of the border is 1."""
-        framed = np.pad(self.open, 1).astype(np.uint8)
-        return np.asarray(cv2.distanceTransform(framed, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)[1:-1, 1:-1])
+    def _closed_bytes(self) -> tuple[bytes, bytes]:
+        """A byte for each cell, row by row and column by column, 1 if it is closed."""
+        return (~self.open).tobytes(), (~self.open.T).tobytes()
 
     def measure_cost(self, start: ArrayLike, end: ArrayLike) -> float:
         """The cost of a straight line between the middles of two cells, row, col, by samples; inf if one is closed."""
         rows, cols, length = _sample_line(start, end)
-        return float(self.costs[rows, cols].sum()) / len(rows) * length * self.grid.resolution
+        samples = self.costs.ravel().take(rows * self.open.shape[1] + cols)
+        return float(samples.sum()) / len(rows) * length * self.grid.resolution
 
     def to_map(self, cells: ArrayLike) -> Floats:
         """The x, y of the middles of cells, metres of the map frame, shape (N, 2); cells: row, col, shape (N, 2)."""
@@ -83,16 +79,11 @@ class FreeSpace:
 
     def is_straight(self, start: ArrayLike, end: ArrayLike) -> bool:
         """Whether the robot can drive straight from the middle of a cell to that of another; cells: row, col."""
-        rows, cols, _ = _sample_line(start, end)
-        if self.depth[rows, cols].min() > SAFE_DEPTH:
-            return True
-        first, last = np.asarray(start, float) + 0.5, np.asarray(end, float) + 0.5
-        ahead = last - first
-        length = np.hypot(*ahead)
-        aside = np.array([ahead[1], -ahead[0]]) * (SLACK_PX / length) if length else np.zeros(2)
-        return all(
-            bool(self.open[tuple(cross_cells(first + side, last + side)[0].T)].all()) for side in (aside, -aside)
-        )
+        (row, col), (last_row, last_col) = np.asarray(start, float).tolist(), np.asarray(end, float).tolist()
+        height, width = self.open.shape
+        if abs(last_row - row) <= abs(last_col - col):
+            return _is_clear(self._closed_bytes[0], width, (row, col), (last_row, last_col))
+        return _is_clear(self._closed_bytes[1], height, (col, row), (last_col, last_row))
 
 
 def find_free_space(floor: Floor, grid: GridMap, radius: float) -> FreeSpace:
@@ -104,13 +95,35 @@ def find_free_space(floor: Floor, grid: GridMap, radius: float) -> FreeSpace:
     return FreeSpace(grid, radius, is_open, clearance, _extend_rooms(rooms, ROOM_REACH / grid.resolution))
 
 
+def _is_clear(closed: bytes, width: int, start: tuple[float, float], end: tuple[float, float]) -> bool:
+    """Whether a straight line between the middles of two cells, SLACK_PX wide on each side, meets no closed cell.
+
+    closed: a byte for each cell, row by row, 1 if it is closed; searched row by row without numpy, whose calls take
+    longer than the search.
+    """
+    (row, col), (last_row, last_col) = sorted((start, end))
+    low, high = min(col, last_col) + 0.5 - SLACK_PX, max(col, last_col) + 0.5 + SLACK_PX
+    slope = (last_col - col) / (last_row - row) if last_row > row else 0.0
+    aside = SLACK_PX * hypot(1, slope)
+    enter = col + 0.5
+    for line in range(int(row), int(last_row) + 1):
+        leave = col + 0.5 + (line + 0.5 - row) * slope if line < last_row else last_col + 0.5
+        first = int(max(min(enter, leave) - aside, low))
+        last = int(min(max(enter, leave) + aside, high))
+        if closed.find(1, line * width + first, line * width + last + 1) >= 0:
+            return False
+        enter = leave
+    return True
+
+
 def _sample_line(start: ArrayLike, end: ArrayLike) -> tuple[Indices, Indices, float]:
     """Rows and cols of cells along the straight line between the middles of two cells, and its length in cells."""
-    (row, col), (last_row, last_col) = np.asarray(start, float), np.asarray(end, float)
+    (row, col), (last_row, last_col) = np.asarray(start, float).tolist(), np.asarray(end, float).tolist()
     length = hypot(last_row - row, last_col - col)
-    shares = np.arange(0.0, 1.0, 1 / max(ceil(SAMPLES_PER_CELL * length), 1))
-    rows = (row + 0.5 + np.append(shares, 1.0) * (last_row - row)).astype(np.intp)
-    cols = (col + 0.5 + np.append(shares, 1.0) * (last_col - col)).astype(np.intp)
+    count = max(ceil(SAMPLES_PER_CELL * length), 1)
+    shares = np.arange(count + 1) / count
+    rows = (row + 0.5 + shares * (last_row - row)).astype(np.intp)
+    cols = (col + 0.5 + shares * (last_col - col)).astype(np.intp)
     return rows, cols, length
 
 

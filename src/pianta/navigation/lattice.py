@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import inf
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,8 +17,8 @@ if TYPE_CHECKING:
 # Metres between the points of the lattice, where cells are smaller: it is found four times as fast as on cells of 5 cm.
 # Chosen by hand.
 STEP = 0.1
-# Down, right: each pair of neighbours of the lattice once.
-STEPS = ((0, 1), (1, 0), (1, 1), (1, -1))
+# Down, right: each pair of neighbours of the lattice once, by the number of the second one.
+STEPS = ((0, 1), (1, -1), (1, 0), (1, 1))
 TOLERANCE = 0.01  # share of a cost; those of steps are measured at their ends alone
 
 
@@ -27,6 +28,7 @@ class Lattice:
 
     points: row, col, shape (N, 2). costs: of the steps, shape (N, N), sparse, in both directions; a metre far from
     obstacles costs 1. numbers: of the point at each cell, shape (H, W), -1 elsewhere; its cell [0, 0] is at `corner`.
+    stride: cells between neighbouring points.
     """
 
     space: FreeSpace
@@ -34,6 +36,7 @@ class Lattice:
     costs: csr_array
     numbers: Indices
     corner: tuple[int, int]
+    stride: int
 
     def find_cell(self, number: int) -> tuple[int, int]:
         """The row and col of a point."""
@@ -56,7 +59,6 @@ def build_lattice(space: FreeSpace, part: Mask, corner: tuple[int, int], stride:
     """The lattice of every stride-th cell of a part of the map; part: shape (h, w), the cells from `corner` on."""
     from scipy.sparse import csr_array
 
-    height, width = part.shape
     # The same cells are points in every part of a map.
     first = tuple(-offset % stride for offset in corner)
     is_point = np.zeros_like(part)
@@ -65,30 +67,35 @@ def build_lattice(space: FreeSpace, part: Mask, corner: tuple[int, int], stride:
     numbers = np.full(part.shape, -1, np.intp)
     numbers[is_point] = np.arange(len(points))
     weights = space.costs[tuple((points + corner).T)]
-    pairs, costs = [], []
-    for down, right in STEPS:
-        ends = points + np.array([down * stride, right * stride])
-        starts = np.flatnonzero(
-            (ends[:, 0] < height)
-            & (ends[:, 1] >= 0)
-            & (ends[:, 1] < width)
-            & _is_open_between(part, points, down, right, stride)
-        )
-        others = numbers[tuple(ends[starts].T)]
-        pairs.append(np.column_stack([starts, others]))
+    # A frame of closed cells, so that all ends of steps are cells
+    framed = np.pad(part, stride)
+    # A point's neighbours by their numbers: the four before it, and the four after it
+    neighbours, costs = np.full((len(points), 8), -1), np.zeros((len(points), 8))
+    for column, (down, right) in enumerate(STEPS, start=4):
+        starts = np.flatnonzero(_is_open_between(framed, points + stride, down, right, stride))
+        others = numbers[tuple((points[starts] + np.array([down * stride, right * stride])).T)]
         length = stride * np.hypot(down, right) * space.grid.resolution
-        costs.append(length * (weights[starts] + weights[others]) / 2)
-    both, values = np.concatenate(pairs), np.concatenate(costs)
-    shape = len(points), len(points)
-    matrix = csr_array((np.tile(values, 2), np.concatenate([both, both[:, ::-1]]).T), shape=shape)
-    return Lattice(space, points + corner, matrix, numbers, corner)
+        neighbours[starts, column], neighbours[others, 7 - column] = others, starts
+        costs[starts, column] = costs[others, 7 - column] = length * (weights[starts] + weights[others]) / 2
+    is_step = neighbours >= 0
+    row_ends = np.concatenate([[0], np.cumsum(is_step.sum(axis=1))])
+    matrix = csr_array((costs[is_step], neighbours[is_step], row_ends), shape=(len(points), len(points)))
+    return Lattice(space, points + corner, matrix, numbers, corner, stride)
 
 
-def straighten_way(space: FreeSpace, way: Indices, reached: Floats) -> Indices:
-    """The corners of a way over cells, shape (N, 2): straight lines replace pieces of it that cost no less.
+def trace_back(previous: Indices, end: int) -> list[int]:
+    """The points of a way to its end; previous: the one before each on the way from the start, -9999 before that."""
+    numbers = [end]
+    while (before := int(previous[numbers[-1]])) >= 0:
+        numbers.append(before)
+    return numbers[::-1]
+
+
+def straighten_way(space: FreeSpace, way: Indices, reached: Floats | None = None) -> Indices:
+    """The corners of a way over cells, shape (N, 2): straight lines replace pieces of it.
 
     way: row, col, shape (M, 2); the straight lines between its cells are open. reached: the cost of the way up to each
-    of its cells, shape (M,).
+    of its cells, shape (M,), if straight lines may cost no more.
     """
     corners, here = [0], 0
     while here < len(way) - 1:
@@ -96,7 +103,7 @@ def straighten_way(space: FreeSpace, way: Indices, reached: Floats) -> Indices:
         stride, ahead = 1, here + 1
         while stride:
             further = min(ahead + stride, len(way) - 1)
-            saved = (reached[further] - reached[here]) * (1 + TOLERANCE)
+            saved = inf if reached is None else (reached[further] - reached[here]) * (1 + TOLERANCE)
             if further > ahead and _is_as_good(space, way[here], way[further], saved):
                 ahead, stride = further, stride * 2
             else:
@@ -107,18 +114,20 @@ def straighten_way(space: FreeSpace, way: Indices, reached: Floats) -> Indices:
 
 
 def _is_as_good(space: FreeSpace, start: Indices, end: Indices, cost: float) -> bool:
-    return space.measure_cost(start, end) <= cost and space.is_straight(start, end)
+    return space.is_straight(start, end) and (cost == inf or space.measure_cost(start, end) <= cost)
 
 
-def _is_open_between(part: Mask, points: Indices, down: int, right: int, stride: int) -> Mask:
-    """Whether the cells of a step from each point are open; a diagonal step needs the cells on both of its sides."""
-    height, width = part.shape
+def _is_open_between(framed: Mask, points: Indices, down: int, right: int, stride: int) -> Mask:
+    """Whether the cells of a step from each point are open; a diagonal step needs the cells on both of its sides.
+
+    framed: open cells, with a frame as wide as the stride. points: row and col there, shape (N, 2).
+    """
+    width = framed.shape[1]
+    cells, flat = framed.ravel(), points[:, 0] * width + points[:, 1]
     is_open = np.ones(len(points), bool)
     for done in range(stride + 1):
         straight = [(done * down, done * right)]
         beside = [((done + 1) * down, done * right), (done * down, (done + 1) * right)] if down and right else []
         for row, col in straight + (beside if done < stride else []):
-            rows = np.minimum(points[:, 0] + row, height - 1)
-            cols = np.clip(points[:, 1] + col, 0, width - 1)
-            is_open &= part[rows, cols]
+            is_open &= cells.take(flat + (row * width + col))
     return is_open

@@ -15,7 +15,7 @@ from pianta._types import Indices, Mask
 from pianta.floor import Door, Floor, Room, cells_of_polygon
 from pianta.gridmap import GridMap
 from pianta.navigation.free_space import ROOM_REACH, FreeSpace, find_free_space
-from pianta.navigation.lattice import Lattice, build_lattice, find_stride, straighten_way
+from pianta.navigation.lattice import Lattice, build_lattice, find_stride, straighten_way, trace_back
 from pianta.navigation.positions import CIRCLE, Cell, locate_doors, locate_rooms
 from pianta.navigation.robot import ROBOT_RADIUS
 from pianta.navigation.spanner import Spanner
@@ -68,7 +68,13 @@ def build_route_graph(floor: Floor, grid: GridMap, *, robot_radius: float = ROBO
     space = find_free_space(floor, grid, robot_radius)
     # 2. A cell of each door and each room where the robot fits.
     doors = locate_doors(space, floor)
-    rooms = locate_rooms(space, floor, doors)
+    return join_positions(space, floor, locate_rooms(space, floor, doors), doors)
+
+
+def join_positions(
+    space: FreeSpace, floor: Floor, rooms: Mapping[int, Cell], doors: Sequence[Cell | None]
+) -> nx.DiGraph:
+    """The route graph between positions in rooms, by the id of the room, and in doors, as `build_route_graph` says."""
     ways: nx.Graph = nx.Graph()
     ways.add_nodes_from(rooms.values())
     # 3. In each room short ways between all its doors and its position, as few as STRETCH allows.
@@ -89,14 +95,14 @@ def _join_targets(space: FreeSpace, ways: nx.Graph, floor: Floor, room: int, tar
     numbers = [number for number in map(lattice.find_point, targets) if number >= 0]
     if len(numbers) < 2:
         return
-    costs, previous = dijkstra(lattice.costs, directed=False, indices=numbers, return_predecessors=True)
+    costs, previous = dijkstra(lattice.costs, indices=numbers, return_predecessors=True)
     rows = {number: row for row, number in enumerate(numbers)}
     spanner = Spanner()
     pairs = [(costs[rows[a], b], a, b) for a, b in combinations(numbers, 2)]
     for cost, a, b in sorted(pair for pair in pairs if pair[0] < inf):
         if spanner.measure_cost(lattice.find_cell(a), lattice.find_cell(b)) <= STRETCH * cost:
             continue
-        way = _trace_way(previous[rows[a]], b)
+        way = trace_back(previous[rows[a]], b)
         corners = straighten_way(space, lattice.points[way], costs[rows[a], way])
         for start, end in pairwise(_merge_corners(space, spanner.graph, corners)):
             spanner.add(start, end, space.measure_cost(start, end), room)
@@ -134,14 +140,6 @@ def _cut_rooms(space: FreeSpace, floor: Floor, room: int, rooms: set[int]) -> tu
             door_cols.start - cols.start : door_cols.stop - cols.start,
         ] |= inside
     return part & space.open[rows, cols], (rows.start, cols.start)
-
-
-def _trace_way(previous: Indices, end: int) -> list[int]:
-    """The points of a way to its end; previous: the one before each on the way from the start."""
-    numbers = [end]
-    while (before := int(previous[numbers[-1]])) >= 0:
-        numbers.append(before)
-    return numbers[::-1]
 
 
 def _merge_corners(space: FreeSpace, graph: nx.Graph, corners: Indices) -> list[Cell]:

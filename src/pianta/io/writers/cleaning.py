@@ -19,7 +19,7 @@ DIGITS = 3  # of metres, after the point
 
 
 def write_cleaning(building: Building, target: Path, options: WriteOptions) -> list[str]:
-    """The plan of a floor; notes say how much it sweeps, beside a plain sweep, and which rooms are left out."""
+    """The plan of a floor; notes say how much it sweeps, and which rooms are left out."""
     floor, grid = get_only_storey(building, "cleaning")
     plan = plan_cleaning(floor, grid, robot_radius=options.robot_radius)
     content = {
@@ -31,8 +31,7 @@ def write_cleaning(building: Building, target: Path, options: WriteOptions) -> l
     }
     target.write_text(json.dumps(content, ensure_ascii=False, allow_nan=False), encoding="utf-8")
     left_out = ", ".join(map(str, plan.left_out))
-    notes = [f"{_describe_coverage(plan.swept)}; a plain sweep in one pass: {_describe_coverage(plan.plain)}"]
-    return notes + ([f"the robot does not reach rooms {left_out}"] if left_out else [])
+    return [_describe_coverage(plan.swept)] + ([f"the robot does not reach rooms {left_out}"] if left_out else [])
 
 
 def _describe_room(floor: Floor, plan: CleaningPlan, room_id: int) -> dict[str, Any]:
