@@ -133,8 +133,8 @@ def test_svg_has_groups_and_ids(tmp_path):
     assert ids == ["room-1", "room-2", "room-3"]
     assert root.xpath("//s:g[@id='names']/s:text/text()", namespaces=space)[0] == "2502C Rossi & <Figli>"
     assert not root.xpath("//s:script", namespaces=space)
-    # 8.2 m with outer walls of 0.15 m and margins of 1 m on both sides; the lower left corner of the corridor
-    assert root.get("viewBox") == "0 0 10.5 7.5"
+    # 8.2 m with outer walls of 0.15 m and margins of 1 m on both sides, and four rows of the legend, 0.6 m each
+    assert root.get("viewBox") == "0 0 10.5 9.9"
     corridor = root.xpath("//s:path[@id='room-3']/@d", namespaces=space)[0]
     assert "1.15 6.35" in corridor
 
