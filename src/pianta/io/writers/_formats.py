@@ -122,7 +122,9 @@ FORMATS: Mapping[str, Format] = MappingProxyType(
         "sweethome3d": Format(
             "sweethome3d", "write_sweethome3d", "building.sh3d", "home of Sweet Home 3D", options=_STRAIGHT
         ),
-        "scene-graph": Format("scene_graph", "write_scene_graph", "scene_graph.json", "scene graph of Hydra, JSON", _STRAIGHT),
+        "scene-graph": Format(
+            "scene_graph", "write_scene_graph", "scene_graph.json", "scene graph of Hydra, JSON", _STRAIGHT
+        ),
         "geojson-layers": Format(
             "layers", "write_geojson_layers", "layers", "a GeoJSON for rooms, doors and others each", _OUTLINES_ON_EARTH
         ),

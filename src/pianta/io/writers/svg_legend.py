@@ -10,7 +10,7 @@ from xml.etree.ElementTree import Element, SubElement
 
 from pianta.building import Building
 from pianta.floor import Floor, Room
-from pianta.labels import ALL_SCHEMAS, FCES, FCES_COLORS, RC, LabelSet, normalize_label
+from pianta.labels import ALL_SCHEMAS, FCES, FCES_COLORS, RC, LabelConvention, LabelSet, normalize_label
 
 # Metres on the drawing, which is at 1:100.
 LETTERS = 0.3
@@ -119,7 +119,14 @@ def _find_color(room: Room, floor: Floor) -> str | None:
     name = normalize_label(room.label) or ""
     schemas = [ALL_SCHEMAS[each] for each in floor.building_types if each in ALL_SCHEMAS]
     label = next((schema.by_name[name] for schema in schemas if name in schema.by_name), None)
-    return label.color if label else _COLORS.get(room.labels.get(LabelSet.F_C_E_S, name))
+    if label:
+        return label.color
+    if LabelSet.F_C_E_S in room.labels or name in _COLORS:
+        return _COLORS.get(room.labels.get(LabelSet.F_C_E_S, name))
+    # The function that the label has in all types of buildings, if it is one
+    labels = [schema.by_name[name] for schema in ALL_SCHEMAS.values() if name in schema.by_name]
+    functions = {each.function_in(LabelConvention.EXPERIMENTS) for each in labels}
+    return FCES_COLORS[functions.pop()] if len(functions) == 1 else None
 
 
 def _mix_with_white(color: str) -> str:
