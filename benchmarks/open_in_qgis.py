@@ -70,8 +70,8 @@ def main() -> int:
 
 def list_layers(file: Path) -> Iterator[QgsVectorLayer]:
     """The layers of a file that QGIS would offer, those without features left out."""
-    whole = QgsVectorLayer(str(file), file.stem, "ogr")
-    parts = [part.split(SEPARATOR) for part in whole.dataProvider().subLayers()] if whole.isValid() else []
+    opened = QgsVectorLayer(str(file), file.stem, "ogr")
+    parts = [part.split(SEPARATOR) for part in opened.dataProvider().subLayers()] if opened.isValid() else []
     for _, name, _, geometry, *_ in parts:
         layer = QgsVectorLayer(f"{file}|layername={name}|geometrytype={geometry}", name, "ogr")
         if next(layer.getFeatures(), None) is not None:

@@ -67,8 +67,8 @@ def write_svg(building: Building, target: Path, _: WriteOptions) -> list[str]:
         _draw_storey(root, storey, f"storey-{number}-" if len(building) > 1 else "", left_top, walls=areas)
         bottom -= high[1] - low[1] + 2 * MARGIN
         if len(building) > 1:
-            place = {"x": _text(MARGIN), "y": _text(bottom + MARGIN / 2), "font-size": _text(TITLE_LETTERS)}
-            SubElement(root, "text", {**place, "font-family": "sans-serif"}).text = title_storey(storey)
+            position = {"x": _text(MARGIN), "y": _text(bottom + MARGIN / 2), "font-size": _text(TITLE_LETTERS)}
+            SubElement(root, "text", {**position, "font-family": "sans-serif"}).text = title_storey(storey)
     root.append(legend)
     indent(root)
     ElementTree(root).write(target, encoding="utf-8", xml_declaration=True)
