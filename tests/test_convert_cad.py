@@ -52,6 +52,23 @@ def test_rooms_that_touch_have_a_thin_wall():
     assert (part.thickness, part.rooms) == (0.1, (1, 2))
 
 
+def test_outer_walls_keep_their_thickness_beside_a_room_that_touches():
+    """Rooms that share a side: the outer walls of both end at its corners, where the other room begins beside them."""
+    floor = pianta.Floor((pianta.Room(1, box(0, 0, 2, 2)), pianta.Room(2, box(2, 0, 4, 2))))
+    outer = [part for part in find_walls(floor).parts if len(part.rooms) == 1]
+    assert [part.thickness for part in outer] == [0.15] * 6
+
+
+def test_an_outer_wall_is_thinner_only_where_another_room_begins_behind_it():
+    # A slanted room whose corner is 5 cm above the first one, from x = 3 on
+    corner = Polygon([(3, 2.05), (5, 2.05), (5, 4), (4.5, 4)])
+    floor = pianta.Floor((pianta.Room(1, box(0, 0, 4, 2)), pianta.Room(2, corner)))
+    above = [part for part in find_walls(floor).parts if part.rooms == (1,) and part.ends[:, 1].min() > 2]
+    assert {round(part.thickness, 3) for part in above} == {0.15}
+    between = [part for part in find_walls(floor).parts if part.rooms == (1, 2)]
+    assert [round(part.thickness, 3) for part in between] == [0.05]
+
+
 def test_a_door_in_no_wall_has_a_part_of_its_own():
     floor = pianta.Floor(FLOOR.rooms[:2], (pianta.Door((1, 2), LineString([(1, 4), (2, 4)]), 1.0),))
     walls = find_walls(floor)
@@ -133,8 +150,15 @@ def test_svg_has_groups_and_ids(tmp_path):
     assert ids == ["room-1", "room-2", "room-3"]
     assert root.xpath("//s:g[@id='names']/s:text/text()", namespaces=space)[0] == "2502C Rossi & <Figli>"
     assert not root.xpath("//s:script", namespaces=space)
-    # 8.2 m with outer walls of 0.15 m and margins of 1 m on both sides; the lower left corner of the corridor
-    assert root.get("viewBox") == "0 0 10.5 7.5"
+    # 8.2 m with outer walls of 0.15 m and margins of 1 m on both sides, and four rows of the legend, 0.6 m each
+    assert root.get("viewBox") == "0 0 10.5 9.9"
+    texts = root.xpath("//s:g[@id='legend']/s:text/text()", namespaces=space)
+    # Two offices, then one corridor; half the width of 8.5 m is at least 2 m
+    expected = ["2 m", "OFFICE (2)", "CORRIDOR (1)", "door (side of its leaf unknown)", "opening", "furniture"]
+    assert texts == expected
+    fills = root.xpath("//s:g[@id='rooms']/s:path/@fill", namespaces=space)
+    # An office is for other things in other types of buildings, so that it has no colour without a type
+    assert fills == ["#fad5a8"]
     corridor = root.xpath("//s:path[@id='room-3']/@d", namespaces=space)[0]
     assert "1.15 6.35" in corridor
 

@@ -431,6 +431,21 @@ class TestImages:
         colours = {color_room(room) for room in range(70_000)}
         assert len(colours) == 70_000
 
+    def test_the_picture_has_a_legend_and_names(self, tmp_path):
+        rooms = Room(1, box(0, 0, 4, 3)), Room(2, box(4, 0, 8, 3))
+        doors = (Door((1, 2), LineString([(4, 0), (4, 1)]), 1.0),)
+        opening = (Door((1, 2), LineString([(4, 2), (4, 3)]), 1.0, "opening"),)
+        named = (replace(rooms[0], name="Store $1 $2"), rooms[1])
+        floors = {"plain": Floor(rooms, doors), "named": Floor(named, doors), "both": Floor(named, doors + opening)}
+        texts = {}
+        for name, floor in floors.items():
+            pianta.convert(floor, tmp_path / name, to="picture")
+            texts[name] = (tmp_path / name / "picture.svg").read_text(encoding="utf-8")
+        # Texts of the legend are comments beside their letters; a name is one more outline
+        assert ["<!-- opening -->" in text for text in texts.values()] == [False, False, True]
+        assert all("<!-- door -->" in text for text in texts.values())
+        assert texts["named"].count("<path") == texts["plain"].count("<path") + 1
+
     def test_the_picture_is_an_svg_that_grows_with_the_rooms(self, tmp_path):
         floor, grid = pianta.make_world("corridor")
         pianta.convert(floor, tmp_path / "one", to="picture", grid=grid)

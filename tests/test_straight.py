@@ -1,12 +1,19 @@
 """Right-angled outlines: corners at walls, areas, doors, and rooms that stay as they are."""
 
+import json
+from pathlib import Path
+from zipfile import ZipFile
+
 import numpy as np
 import pytest
 import shapely
+from defusedxml import ElementTree
 from shapely import LineString, Point, Polygon, affinity, box
 
 import pianta
 from pianta.floor.straight import find_directions, measure_right_angles, straighten_floor
+from pianta.io.georeference import Georeference
+from pianta.io.writers._formats import FORMATS
 
 
 def make_ragged(x_min: float, y_min: float, x_max: float, y_max: float, step: float = 0.05) -> Polygon:
@@ -94,6 +101,46 @@ def test_convert_counts_rooms_that_are_not_straight(tmp_path):
     floor = pianta.Floor((pianta.Room(1, Point(0, 0).buffer(3)), *(pianta.Room(2, box(5, 0, 9, 3)),)))
     notes = pianta.convert(floor, tmp_path / "floor.svg", to="svg", straight=True)
     assert notes == ["1 of 2 rooms have no right angles and are as they were"]
+
+
+def count_corners(path: Path, to: str) -> int:
+    """The corners of the outline of the only room in a file, the first again at the end."""
+    if to in ("geojson-layers", "imdf"):
+        text = (path / "rooms.geojson").read_bytes() if to != "imdf" else ZipFile(path).read("unit.geojson")
+        return len(json.loads(text)["features"][0]["geometry"]["coordinates"][0])
+    if to in ("gpkg", "geoparquet"):
+        geopandas = pytest.importorskip("geopandas")
+        is_file = to == "gpkg"
+        table = geopandas.read_file(path, layer="rooms") if is_file else geopandas.read_parquet(path / "rooms.parquet")
+        return len(table.geometry[0].exterior.coords)
+    root = ElementTree.parse(path).getroot()
+    if to == "indoorgml":
+        return next(len(each.text.split()) // 3 for each in root.iter() if each.tag.endswith("posList"))
+    ways = [way for way in root.iter("way") if "room" in {tag.get("v") for tag in way.iter("tag")}]
+    return len([*ways[0].iter("nd")])
+
+
+@pytest.mark.parametrize("to", ["geojson-layers", "gpkg", "geoparquet", "indoorgml", "osm", "osmag", "imdf"])
+def test_formats_of_gis_programs_take_straight_outlines(to, tmp_path):
+    pytest.importorskip("geopandas")
+    floor = pianta.Floor((pianta.Room(1, make_ragged(0, 0, 4, 3)),))
+    earth = Georeference("EPSG:32632", (1, 0, 5e5, 0, 1, 5e6)) if to in ("osm", "osmag", "imdf") else None
+    corners = []
+    for straight in (False, True):
+        path = tmp_path / str(straight) / FORMATS[to].file
+        path.parent.mkdir()
+        pianta.convert(floor, path, to=to, straight=straight, georeference=earth)
+        corners.append(count_corners(path, to))
+    assert corners[0] > 20
+    assert corners[1] == 5
+
+
+def test_a_straight_table_has_the_perimeter_of_the_walls(tmp_path):
+    floor = pianta.Floor((pianta.Room(1, make_ragged(0, 0, 4, 3)),))
+    pianta.convert(floor, tmp_path / "rooms.csv", to="csv", straight=True)
+    row = (tmp_path / "rooms.csv").read_text(encoding="utf-8").splitlines()[1].split(",")
+    # 2 x (4 m + 3 m), less up to a cell of 5 cm on each side
+    assert 13.6 <= float(row[7]) <= 14.0
 
 
 def test_nothing_is_straight_on_an_empty_floor():

@@ -35,6 +35,8 @@ LINE_SHARE = 1e-6
 # A plane in which lengths around a point are true to a millimetre over kilometres.
 _LOCAL_PLANE = "+proj=aeqd +lat_0={latitude:.10f} +lon_0={longitude:.10f} +datum=WGS84 +units=m +type=crs"
 
+NO_NAME = "unknown"  # that PROJ gives to a system which is written as its parameters
+
 
 @dataclass(frozen=True)
 class Georeference:
@@ -71,6 +73,15 @@ class Georeference:
         world = self.to_world(shape)
         moved: Shape = transform(world, lambda points: np.column_stack(transformer.transform(*points.T)))
         return moved
+
+    def name_crs(self) -> CRS:
+        """The coordinate system, a plane around an anchor with a name that says so."""
+        from pyproj import CRS
+
+        members = CRS(self.crs).to_json_dict()
+        if members["name"] == NO_NAME:
+            members["name"] = "metres around the map, WGS 84"
+        return CRS.from_json_dict(members)
 
     def describe(self) -> str:
         """The coordinate system, and how well the control points fit, on one line."""

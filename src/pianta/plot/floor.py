@@ -124,7 +124,7 @@ def draw_floor(
     plot_floor(floor, ax=ax, walls=walls, graph=graph, schemas=schemas)
     show_extent(extent, ax)
     plot_scale_bar(ax=ax)
-    legend_height = add_legend(figure, _list_samples(floor, schemas, graph=graph)) if _has_labels(floor) else 0.0
+    legend_height = add_legend(figure, list_samples(floor, schemas, graph=graph)) if _has_labels(floor) else 0.0
     add_background(paint_grid(grid, extent, (width, height)), figure, bottom=round(legend_height * DPI))
     return figure
 
@@ -142,17 +142,17 @@ def plot_legend(floor: Floor, *, ax: Axes | None = None, graph: bool = False, sc
     Below them stand the other marks of labels: uncertain ones, partial rooms, and with graph the shapes of nodes.
     """
     ax = new_ax(ax)
-    plot_samples(_list_samples(floor, schemas, graph=graph), ax)
+    plot_samples(list_samples(floor, schemas, graph=graph), ax)
     return ax
 
 
-def _list_samples(floor: Floor, schemas: Schemas, *, graph: bool) -> list[tuple[Artist, str]]:
-    """Handles and texts of a legend: one for each label of the floor, then one for each other mark that occurs."""
+def list_samples(floor: Floor, schemas: Schemas, *, graph: bool = False) -> list[tuple[Artist, str]]:
+    """Handles and texts of a legend: one for each label of the floor, if any, then one for each other mark."""
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
     samples: list[tuple[Artist, str]] = []
-    for label, color, ids in list_labels(floor, schemas):
+    for label, color, ids in list_labels(floor, schemas) if _has_labels(floor) else ():
         name = "no label" if label is None else shorten(" ".join(label.split()))
         listed = f" ({' '.join(map(str, ids))})" if len(ids) <= FEW_ROOMS else ""
         handle = Patch(facecolor=RoomStyle(color).fill, edgecolor=EDGE_COLOR, linewidth=0.6)

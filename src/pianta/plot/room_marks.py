@@ -7,11 +7,11 @@ from math import hypot, pi, sqrt
 from typing import TYPE_CHECKING, Any
 
 import shapely
-from shapely import MultiPolygon, Point, Polygon
+from shapely import LineString, MultiPolygon, Point, Polygon
 
 from pianta.floor import Floor
 from pianta.labels import SCHEMAS
-from pianta.plot.figure import GRAPH_LEVEL, TEXT_LEVEL, make_square, new_ax
+from pianta.plot.figure import GRAPH_LEVEL, TEXT_LEVEL, make_square, new_ax, shorten
 from pianta.plot.styles import DARK_INK, RoomStyle, Schemas, style_rooms
 
 if TYPE_CHECKING:
@@ -28,6 +28,10 @@ WIDE_ENOUGH = 0.75
 DIGIT_SIZE = (0.7, 0.73)
 # Radius of a graph's node, per radius of the id in it.
 NODE_RIM = 1.2
+# A name below an id: its largest size and its distance per size of the id, and the share of its room's width there.
+NAME_SIZE = 0.6
+NAME_BELOW = 0.55
+NAME_WIDTH = 0.92
 
 
 def plot_graph(floor: Floor, *, ax: Axes | None = None, labels: bool = False, schemas: Schemas = SCHEMAS) -> Axes:
@@ -100,6 +104,41 @@ def plot_ids(floor: Floor, styles: Mapping[int, RoomStyle], ax: Axes) -> None:
         box = digits.get_extents()
         centred = Affine2D().translate(x - (box.x0 + box.x1) / 2, y - (box.y0 + box.y1) / 2).transform_path(digits)
         ax.add_artist(PathPatch(centred, facecolor=style.ink, linewidth=0, zorder=TEXT_LEVEL))
+
+
+def plot_names(floor: Floor, ax: Axes, *, schemas: Schemas = SCHEMAS) -> None:
+    """Draw the name of each room that has one, below its id."""
+    from matplotlib.font_manager import FontProperties
+    from matplotlib.patches import PathPatch
+    from matplotlib.textpath import TextPath
+    from matplotlib.transforms import Affine2D
+
+    styles = style_rooms(floor, schemas)
+    font = FontProperties(family="DejaVu Sans")
+    positions = _position_ids(floor, styles) if floor.rooms else {}
+    for room in floor:
+        if not room.name or not room.name.strip():
+            continue
+        x, y, size = positions[room.id]
+        # A dollar would begin a formula
+        text = shorten(" ".join(room.name.split())).replace("$", r"\$")
+        letters = TextPath((0, 0), text, size=1, prop=font)
+        box = letters.get_extents()
+        middle = Point(x, y - (NAME_BELOW + NAME_SIZE / 2) * size)
+        scale = min(NAME_SIZE * size, NAME_WIDTH * _measure_width(room.polygon, middle) / max(box.width, 1e-9))
+        placed = Affine2D().translate(-(box.x0 + box.x1) / 2, -box.y1).scale(scale)
+        placed = placed.translate(x, y - NAME_BELOW * size - (NAME_SIZE * size - scale) / 4)
+        ink = styles[room.id].ink
+        ax.add_artist(PathPatch(placed.transform_path(letters), facecolor=ink, linewidth=0, zorder=TEXT_LEVEL))
+
+
+def _measure_width(polygon: Polygon, point: Point) -> float:
+    """The length of the longest level line with its middle at a point that is in the polygon; 0 if the point is not."""
+    left, _, right, _ = polygon.bounds
+    level = LineString([(left, point.y), (right, point.y)]).intersection(polygon)
+    parts = (part for part in shapely.get_parts(level) if part.distance(point) == 0)
+    reach = [min(point.x - part.bounds[0], part.bounds[2] - point.x) for part in parts]
+    return 2 * max(reach, default=0.0)
 
 
 def _position_ids(floor: Floor, styles: Mapping[int, RoomStyle]) -> dict[int, tuple[float, float, float]]:

@@ -84,16 +84,17 @@ class Format:
 
 # Of the formats that have outlines.
 _STRAIGHT = frozenset({"straight"})
-_GEOREFERENCE = frozenset({"georeference"})
+_OUTLINES_ON_EARTH = _STRAIGHT | {"georeference"}
 
 FORMATS: Mapping[str, Format] = MappingProxyType(
     {
-        "csv": Format("tables", "write_csv", "rooms.csv", "table of rooms, CSV"),
+        "csv": Format("tables", "write_csv", "rooms.csv", "table of rooms, CSV", _STRAIGHT),
         "excel": Format(
             "tables",
             "write_excel",
             "rooms.xlsx",
             "tables of rooms, doors and totals, Excel",
+            _STRAIGHT,
             extra="tables",
             packages=("openpyxl",),
         ),
@@ -121,16 +122,18 @@ FORMATS: Mapping[str, Format] = MappingProxyType(
         "sweethome3d": Format(
             "sweethome3d", "write_sweethome3d", "building.sh3d", "home of Sweet Home 3D", options=_STRAIGHT
         ),
-        "scene-graph": Format("scene_graph", "write_scene_graph", "scene_graph.json", "scene graph of Hydra, JSON"),
+        "scene-graph": Format(
+            "scene_graph", "write_scene_graph", "scene_graph.json", "scene graph of Hydra, JSON", _STRAIGHT
+        ),
         "geojson-layers": Format(
-            "layers", "write_geojson_layers", "layers", "a GeoJSON for rooms, doors and others each", _GEOREFERENCE
+            "layers", "write_geojson_layers", "layers", "a GeoJSON for rooms, doors and others each", _OUTLINES_ON_EARTH
         ),
         "gpkg": Format(
             "layers",
             "write_geopackage",
             "floor.gpkg",
             "GeoPackage",
-            _GEOREFERENCE,
+            _OUTLINES_ON_EARTH,
             extra="geo",
             packages=("geopandas", "pyogrio"),
         ),
@@ -139,17 +142,17 @@ FORMATS: Mapping[str, Format] = MappingProxyType(
             "write_geoparquet",
             "geoparquet",
             "a GeoParquet for rooms, doors and others each",
-            _GEOREFERENCE,
+            _OUTLINES_ON_EARTH,
             extra="geo",
             packages=("geopandas", "pyarrow"),
         ),
-        "indoorgml": Format("indoorgml", "write_indoorgml", "building.gml", "IndoorGML 1.1"),
+        "indoorgml": Format("indoorgml", "write_indoorgml", "building.gml", "IndoorGML 1.1", _STRAIGHT),
         "imdf": Format(
             "imdf",
             "write_imdf",
             "imdf.zip",
             "Indoor Mapping Data Format",
-            _GEOREFERENCE,
+            _OUTLINES_ON_EARTH,
             needs_georeference=True,
             extra="geo",
             packages=("pyproj",),
@@ -159,7 +162,7 @@ FORMATS: Mapping[str, Format] = MappingProxyType(
             "write_osm",
             "building.osm",
             "OpenStreetMap with indoor tags",
-            _GEOREFERENCE,
+            _OUTLINES_ON_EARTH,
             needs_georeference=True,
             extra="geo",
             packages=("pyproj",),
@@ -169,7 +172,7 @@ FORMATS: Mapping[str, Format] = MappingProxyType(
             "write_osmag",
             "area-graph.osm",
             "osmAG area graph",
-            _GEOREFERENCE,
+            _OUTLINES_ON_EARTH,
             needs_georeference=True,
             extra="geo",
             packages=("pyproj",),
@@ -230,7 +233,7 @@ FORMATS: Mapping[str, Format] = MappingProxyType(
             "write_map_card",
             "map-card.yaml",
             "rooms of the vacuum map card, Home Assistant",
-            options=frozenset({"robot_map"}),
+            options=_STRAIGHT | {"robot_map"},
         ),
     }
 )

@@ -57,7 +57,8 @@ ALWAYS = ("rooms", "doors")
 AREA_DIGITS = 4  # of square metres
 METRE_DIGITS = 3
 DEGREE_DIGITS = 9  # a tenth of a millimetre
-GEO_VERSION = "1.1.0"  # of GeoParquet
+PARQUET_VERSION = "1.1.0"  # of GeoParquet
+GEOPACKAGE_VERSION = "1.2"  # which GDAL of 2017 and later reads without a warning; the layers need nothing newer
 
 
 @dataclass(frozen=True)
@@ -119,7 +120,10 @@ def write_geopackage(building: Building, target: Path, options: WriteOptions) ->
     for layer in list_layers(building):
         table = make_table(layer, options.georeference)
         geometry_type = "Polygon" if layer.name in ("rooms", "furniture", "predicted_rooms") else "LineString"
-        table.to_file(target, layer=layer.name, driver="GPKG", engine="pyogrio", geometry_type=geometry_type)
+        version = GEOPACKAGE_VERSION
+        table.to_file(
+            target, layer=layer.name, driver="GPKG", engine="pyogrio", geometry_type=geometry_type, VERSION=version
+        )
     return note_links(building)
 
 
@@ -129,7 +133,7 @@ def write_geoparquet(building: Building, target: Path, options: WriteOptions) ->
         table = make_table(layer, options.georeference)
         if options.georeference is None:
             table = table.set_crs(None, allow_override=True)
-        table.to_parquet(target / f"{layer.name}.parquet", index=False, schema_version=GEO_VERSION)
+        table.to_parquet(target / f"{layer.name}.parquet", index=False, schema_version=PARQUET_VERSION)
     return note_links(building)
 
 
@@ -138,7 +142,7 @@ def make_table(layer: Layer, georeference: Georeference | None) -> GeoDataFrame:
     from geopandas import GeoDataFrame
 
     shapes = [georeference.to_world(shape) if georeference else shape for shape in layer.shapes]
-    crs = georeference.crs if georeference else LOCAL_CRS
+    crs = georeference.name_crs() if georeference else LOCAL_CRS
     table = GeoDataFrame([*layer.rows], columns=[*layer.columns], geometry=shapes, crs=crs)
     typed: GeoDataFrame = table.astype({name: TYPES[name] for name in layer.columns})
     return typed

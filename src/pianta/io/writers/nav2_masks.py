@@ -36,5 +36,9 @@ def _write_mask(building: Building, path: Path, options: WriteOptions, value: in
     mask = make_mask(floor, grid, rooms, value)
     save_ros_map(mask, path, mode="raw")
     empty = sorted(rooms - {*floor.label_image(mask).ravel().tolist()})
-    notes = ["the map has a yaw, which Nav2's filters refuse: the mask has a grid of its own"] if grid.origin[2] else []
+    ids = ", ".join(map(str, sorted(rooms)))
+    notes = [f"{'forbidden' if value == FORBIDDEN else f'{value} %'}: {'rooms' if len(rooms) > 1 else 'room'} {ids}"]
+    notes += (
+        ["the map has a yaw, which Nav2's filters refuse: the mask has a grid of its own"] if grid.origin[2] else []
+    )
     return notes + ([f"no cell of the mask is in rooms {', '.join(map(str, empty))}"] if empty else [])

@@ -18,17 +18,20 @@ from pianta.io.drawings.svg import METRES_ATTRIBUTE
 from pianta.io.writers._formats import WriteOptions
 from pianta.io.writers.dxf import draw_walls, place_leaf
 from pianta.io.writers.room_texts import place_text, title_storey
+from pianta.io.writers.svg_legend import draw_legend, find_tints
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
 NAMESPACE = "http://www.w3.org/2000/svg"
 MARGIN = 1.0  # metres around each storey; two of them keep storeys apart when the drawing is read
+MIN_WIDTH = 10.0  # metres, for the longest text of the legend
 CM_PER_METRE = 1.0  # on paper: 1:100
 DIGITS = 3  # millimetres
 # Of letters: metres, and the share of the radius of the largest circle in a room.
 MAX_LETTERS = 0.4
 LETTERS_SHARE = 0.25
+TITLE_LETTERS = 0.5  # of the titles of storeys
 STYLES = {
     "rooms": {"fill": "#eef3f8", "stroke": "#7a8ea3", "stroke-width": "0.02"},
     "furniture": {"fill": "none", "stroke": "#999999", "stroke-width": "0.02"},
@@ -40,18 +43,19 @@ STYLES = {
 
 
 def write_svg(building: Building, target: Path, _: WriteOptions) -> list[str]:
-    """A drawing at 1:100; the storeys are below each other, the lowest at the bottom."""
+    """A drawing at 1:100; the storeys are below each other, the lowest at the bottom, and a legend below that."""
     walls = [draw_walls(storey.floor) for storey in building]
     boxes = [_measure(storey, areas) for storey, areas in zip(building, walls, strict=True)]
-    width = max(high[0] - low[0] for low, high in boxes) + 2 * MARGIN
+    width = max(MIN_WIDTH, *(high[0] - low[0] + 2 * MARGIN for low, high in boxes))
     height = sum(high[1] - low[1] + 2 * MARGIN for low, high in boxes)
+    legend, legend_height = draw_legend(building, (MARGIN, height), width - 2 * MARGIN, STYLES)
     root = Element(
         "svg",
         {
             "xmlns": NAMESPACE,
             "width": f"{_text(width * CM_PER_METRE)}cm",
-            "height": f"{_text(height * CM_PER_METRE)}cm",
-            "viewBox": f"0 0 {_text(width)} {_text(height)}",
+            "height": f"{_text((height + legend_height) * CM_PER_METRE)}cm",
+            "viewBox": f"0 0 {_text(width)} {_text(height + legend_height)}",
             METRES_ATTRIBUTE: "1",
         },
     )
@@ -62,6 +66,10 @@ def write_svg(building: Building, target: Path, _: WriteOptions) -> list[str]:
         left_top = np.array([low[0] - MARGIN, low[1] - MARGIN + bottom])
         _draw_storey(root, storey, f"storey-{number}-" if len(building) > 1 else "", left_top, walls=areas)
         bottom -= high[1] - low[1] + 2 * MARGIN
+        if len(building) > 1:
+            position = {"x": _text(MARGIN), "y": _text(bottom + MARGIN / 2), "font-size": _text(TITLE_LETTERS)}
+            SubElement(root, "text", {**position, "font-family": "sans-serif"}).text = title_storey(storey)
+    root.append(legend)
     indent(root)
     ElementTree(root).write(target, encoding="utf-8", xml_declaration=True)
     return (
@@ -87,8 +95,10 @@ def _draw_storey(root: Element, storey: Storey, prefix: str, left_top: Floats, *
     if prefix:
         SubElement(parent, "title").text = title_storey(storey)
     groups = {name: SubElement(parent, "g", {"id": f"{prefix}{name}", **style}) for name, style in STYLES.items()}
+    tints = find_tints(floor)
     for room in floor:
-        path = _add_area(groups["rooms"], room.polygon, left_top, {"id": f"{prefix}room-{room.id}"})
+        tint = {"fill": tints[room.id]} if room.id in tints else {}
+        path = _add_area(groups["rooms"], room.polygon, left_top, {"id": f"{prefix}room-{room.id}", **tint})
         SubElement(path, "title").text = ", ".join(filter(None, (room.name or f"Room {room.id}", room.label)))
         _add_name(groups["names"], room, left_top)
     for area in walls:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import pairwise
 from typing import TypeAlias
 
 import numpy as np
@@ -169,7 +170,7 @@ def _list_parts(floor: Floor) -> Iterator[WallPart]:
             covered.append(span)
         for piece in _subtract((0.0, float(faces.lengths[index])), covered):
             behind = [outlines[room] for room in rooms.query(reach) if ids[room] != faces.rooms[index]]
-            yield _part_behind(faces, index, piece, behind)
+            yield from _parts_behind(faces, index, piece, behind)
 
 
 def _list_opposite(faces: _Faces, index: int, candidates: Sequence[int]) -> list[tuple[int, Interval, Floats]]:
@@ -199,14 +200,26 @@ def _part_between(faces: _Faces, index: int, other: int, span: Interval, gap: Fl
     return WallPart(LineString(middle), thickness, rooms)
 
 
-def _part_behind(faces: _Faces, index: int, span: Interval, others: Sequence[Polygon]) -> WallPart:
-    """The part behind a face that ends where another room begins."""
+def _parts_behind(faces: _Faces, index: int, span: Interval, others: Sequence[Polygon]) -> Iterator[WallPart]:
+    """The parts behind a face: they are thinner where another room begins behind it."""
     box = _make_box(faces, index, span, 0, OUTER_THICKNESS)
-    points = shapely.get_coordinates([box.intersection(other) for other in others])
-    depth = ((points - faces.starts[index]) @ faces.outward[index]).min() if len(points) else OUTER_THICKNESS
-    thickness = float(np.clip(depth, MIN_THICKNESS, OUTER_THICKNESS))
-    face = faces.starts[index] + np.outer(span, faces.along[index])
-    return WallPart(LineString(face + faces.outward[index] * thickness / 2), thickness, (faces.rooms[index],))
+    begins: list[tuple[float, float, float]] = []
+    for area in shapely.get_parts([box.intersection(other) for other in others]):
+        points = shapely.get_coordinates(area) - faces.starts[index]
+        along, depths = points @ faces.along[index], points @ faces.outward[index]
+        # A room that only touches this one at an end of the face is beside it
+        if len(along) and np.ptp(along) > MIN_LENGTH:
+            begins.append((float(along.min()), float(along.max()), float(depths.min())))
+    bounds = [span[0]]
+    for bound in sorted(bound for low, high, _ in begins for bound in (low, high)):
+        if bounds[-1] + MIN_LENGTH < bound < span[1] - MIN_LENGTH:
+            bounds.append(bound)
+    for start, end in pairwise([*bounds, span[1]]):
+        middle = (start + end) / 2
+        depth = min((depth for low, high, depth in begins if low <= middle <= high), default=OUTER_THICKNESS)
+        thickness = float(np.clip(depth, MIN_THICKNESS, OUTER_THICKNESS))
+        face = faces.starts[index] + np.outer((start, end), faces.along[index])
+        yield WallPart(LineString(face + faces.outward[index] * thickness / 2), thickness, (faces.rooms[index],))
 
 
 def _make_box(faces: _Faces, index: int, span: Interval, near: float, far: float) -> Polygon:
