@@ -26,7 +26,7 @@ class Exits:
 
 
 def find_exits(floor: Floor, rooms: Sequence[int] | None = None) -> Exits:
-    """The given exit rooms; else the entrances, and the rooms flagged as outside; else the rooms labelled ENTRANCE or STAIRS.
+    """The given exit rooms; else the entrances and rooms outside; else the rooms labelled ENTRANCE or STAIRS.
 
     Raises OptionError for a room that does not exist, and for a floor without any exit.
     """

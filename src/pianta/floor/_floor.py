@@ -303,8 +303,8 @@ class Floor(Correctable):
         Parameters
         ----------
         layer
-            "rooms": polygons; the index is the id, the columns name, label, label_probability, partial, area (m²) and
-            probability.
+            "rooms": polygons; the index is the id, the columns number, name, label, label_probability, partial, area
+            (m²) and probability.
             "doors": lines from jamb to jamb; columns room, other_room (missing for an entrance), width (m), kind and
             probability.
             "walls": the wall lines.
@@ -351,11 +351,11 @@ class Floor(Correctable):
         Returns
         -------
         networkx.Graph
-            Nodes are the ids of the rooms, with the attributes `number`, `name`, `flag`, `label`, `labels`, `label_probabilities`, `area`
-            (m²), `x`, `y` (m; a point inside the room), `partial`, `predicted_area` (m²) and `confidence`, both None
-            unless the room is predicted, `entrances` (their number) and `probability` (that it is one true room; None
-            if unknown). Edges have `doors` (their number), `width` and `probability` (m, and None if unknown, of the
-            widest), and `x`, `y` (m, the middle of the widest). The graph has `source`.
+            Nodes are the ids of the rooms, with the attributes `number`, `name`, `flag`, `label`, `labels`,
+            `label_probabilities`, `area` (m²), `x`, `y` (m; a point inside the room), `partial`, `predicted_area` (m²)
+            and `confidence`, both None unless the room is predicted, `entrances` (their number) and `probability` (that
+            it is one true room; None if unknown). Edges have `doors` (their number), `width` and `probability` (m, and
+            None if unknown, of the widest), and `x`, `y` (m, the middle of the widest). The graph has `source`.
 
         References
         ----------

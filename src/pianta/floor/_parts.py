@@ -13,7 +13,9 @@ from pianta.errors import FloorError
 
 DOOR_WIDTH = 0.9  # metres, of a usual door; by definition the distance that scales the layout XMLs of the thesis
 MAX_ROOM_NAME_LENGTH = 200  # characters
-OUTSIDE_FLAG = "outside"  # of a room that is no part of the building, at the ground
+# Flags of rooms that are outside of the building, at the ground and above it
+OUTSIDE_FLAG = "outside"
+BALCONY_FLAG = "balcony"
 MAX_GLOBAL_ID_LENGTH = 64  # characters; those of IFC have 22
 
 

@@ -104,9 +104,7 @@ def check_storey_name(name: str) -> None:
 
 def _read_storey(file: Path, name: str = "", title: str = "", elevation: float | None = None) -> Storey:
     grid = file.parent / GRID_FILE
-    floor = read_floor(file)
-    height = floor.elevation if elevation is None else elevation
-    return Storey(floor, name, height, read_npz_map(grid) if grid.is_file() else None, title or floor.title)
+    return Storey(read_floor(file), name, elevation, read_npz_map(grid) if grid.is_file() else None, title)
 
 
 class _Storey(BaseModel):

@@ -7,9 +7,10 @@ holes), door or wall (lines), or, since 2.3, furniture (a polygon), or, since 2.
 to 2.4 the room had them as the properties `predicted`, a geometry, and `confidence`. Since 2.2 a room has a `name`, or
 null; since 2.3 rooms, doors and furniture have a `probability`, or null; since 2.5 a room has its `area`, which is not
 read. The `rooms` of a door are two ids, those of an entrance an id and null; a possible door has the properties of a
-door. Since 2.6 a room has a `number`, or null, and rooms, doors and the collection have the `global_id` of the file that they
-were read from, where it has one; a room may have a `flag`, a door to no room that is no entrance has `leads_out` false,
-and the collection has `title` and `elevation` of the storey, where they are known. Since 2.5 `crs` names a local coordinate system, without which GDAL takes metres for degrees.
+door. Since 2.6 a room has a `number`, or null; rooms, doors and the collection have the `global_id` of the file that
+they were read from, if it has one; a room may have a `flag`; a door to no room that is no entrance has `leads_out`
+false; and the collection has the `title` and `elevation` of the storey, if they are known. Since 2.5 `crs` names a
+local coordinate system, without which GDAL takes metres for degrees.
 """
 
 from __future__ import annotations

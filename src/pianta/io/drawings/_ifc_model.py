@@ -102,7 +102,7 @@ class IfcModel:
 
     def _list_type(self, ifc_type: str) -> Sequence[entity_instance]:
         try:
-            return self.file.by_type(ifc_type)
+            return [*self.file.by_type(ifc_type)]
         except RuntimeError:  # a type that the schema of the file does not have
             return ()
 

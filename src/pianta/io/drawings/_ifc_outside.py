@@ -1,4 +1,4 @@
-"""What of an IFC is outside or no room to live in: where doors lead, and which spaces are balconies, attics or roofs."""
+"""What of an IFC is outside, or no usual room: where doors lead, and which spaces are balconies, attics or roofs."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ import shapely
 from shapely import LineString, Point
 from shapely.geometry.base import BaseGeometry
 
-from pianta.floor import OUTSIDE_FLAG
+from pianta.floor import BALCONY_FLAG, OUTSIDE_FLAG
 from pianta.io.drawings._ifc_model import IfcModel, list_boundaries, read_property, read_text
 from pianta.io.drawings._ifc_walls import CUT, Walls, fill_holes
 
 if TYPE_CHECKING:
     from ifcopenshell import entity_instance
 
-BALCONY, ATTIC, ROOF, LOW = "balcony", "attic", "roof", "low"
+ATTIC, ROOF, LOW = "attic", "roof", "low"
 
 # Chosen by hand:
 BELOW_GROUND = -0.5  # metres; a storey below this is a basement
@@ -34,7 +34,8 @@ _WORDS = MappingProxyType(
     {
         ATTIC: "attic dachboden spitzboden dachspitz dachraum grenier comble zolder vliering soffitta sottotetto "
         "desván sótão vindsutrymme kattovinde чердак 阁楼 小屋裏",
-        ROOF: "roof dach dachfläche flachdach toit toiture dak tetto techo cubierta tejado telhado yttertak крыша 屋顶 屋根",
+        ROOF: "roof dach dachfläche flachdach toit toiture dak tetto techo cubierta tejado telhado yttertak "
+        "крыша 屋顶 屋根",
         OUTSIDE_FLAG: "balcon balkon balcón balcony terrass terrace terraza terrazza dachterrass dakterras loggia "
         "exterior aussenbereich außenbereich балкон террас 阳台 バルコニー",
     }
@@ -49,7 +50,7 @@ def find_flag(space: entity_instance, *, height: float, is_ground: bool) -> str 
     name = " ".join(filter(None, (read_text(space, each) for each in ("LongName", "Name", "ObjectType"))))
     flag = OUTSIDE_FLAG if any(each.startswith("EXTERNAL") for each in types) else find_flag_in_name(name)
     if flag == OUTSIDE_FLAG and not is_ground:
-        return BALCONY
+        return BALCONY_FLAG
     return LOW if flag is None and 0 < height < MIN_HEADROOM else flag
 
 
@@ -77,15 +78,18 @@ class Outside:
     def leads_out(self, door: entity_instance, line: LineString, inner: BaseGeometry, storey: entity_instance) -> bool:
         """Whether a door of one room leads to the ground outside; inner: the outline of the room, metres.
 
-        Upstairs only a fire exit does. At the ground the file says it (IsExternal, a boundary to the outside), or else
+        Upstairs only a fire exit does. At the ground the file says it (IsExternal, a boundary), or else
         walls around what is beyond the door tell that it is inside.
         """
         is_external = read_property(door, "Pset_DoorCommon", "IsExternal") is True
         if not self.is_ground(storey):
             return is_external and read_property(door, "Pset_DoorCommon", "FireExit") is True
         boundaries = list_boundaries(door)
-        if is_external or any(str(each.InternalOrExternalBoundary).startswith("EXTERNAL") for each in boundaries):
+        sides = {str(each.InternalOrExternalBoundary) for each in boundaries}
+        if is_external or any(side.startswith("EXTERNAL") for side in sides):
             return True
+        if sides == {"INTERNAL"}:
+            return False
         return not self.outline_of(storey).contains(_step_through(line, inner))
 
     def outline_of(self, storey: entity_instance) -> BaseGeometry:

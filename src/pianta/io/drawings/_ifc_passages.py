@@ -38,7 +38,7 @@ class StoreyRooms:
     """The rooms of a storey. by_space: by the numbers of their spaces. base: height of the floor, metres."""
 
     storey: entity_instance
-    rooms: Sequence[Room]
+    rooms: tuple[Room, ...]
     by_space: Mapping[int, Room]
     base: float
 
@@ -226,7 +226,9 @@ def _is_way(shape: Shape, base: float) -> bool:
 def _bounded_spaces(element: entity_instance) -> list[tuple[int, str]]:
     """The numbers of the spaces that an element bounds, and whether each boundary is INTERNAL or EXTERNAL."""
     boundaries = ((each.RelatingSpace, each.InternalOrExternalBoundary) for each in list_boundaries(element))
-    return [(space.id(), str(boundary)) for space, boundary in boundaries if space is not None and space.is_a("IfcSpace")]
+    return [
+        (space.id(), str(boundary)) for space, boundary in boundaries if space is not None and space.is_a("IfcSpace")
+    ]
 
 
 def _list_points(geometry: entity_instance | None) -> Floats:
@@ -266,4 +268,5 @@ def _place_points(points: Floats, position: entity_instance | None) -> Floats:
     if position is None:
         return points
     matrix = np.array(get_axis2placement(position), float)
-    return points @ matrix[:3, :3].T + matrix[:3, 3]
+    placed: Floats = points @ matrix[:3, :3].T + matrix[:3, 3]
+    return placed

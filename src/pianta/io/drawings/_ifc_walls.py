@@ -98,7 +98,9 @@ class Walls:
     def cut(self, height: float) -> BaseGeometry:
         """What closes rooms at a height, with its doors, windows and narrow openings shut; metres."""
         crossed = [(product, shape) for product, shape in self.barriers if shape.low < height < shape.high]
-        parts = [self._shut(product, shape) if product.is_a("IfcDoor") else shape.cut(height) for product, shape in crossed]
+        parts = [
+            self._shut(product, shape) if product.is_a("IfcDoor") else shape.cut(height) for product, shape in crossed
+        ]
         for opening, shape in self.openings:
             if shape.low < height < shape.high:
                 closed = self._clip(shape.project(), opening)
