@@ -86,7 +86,7 @@ class Passages:
         lines: dict[tuple[int, int | None], list[LineString]] = {}
         for door in doors:
             lines.setdefault(door.rooms, []).append(door.line)
-        for opening in (*self._list_virtual(on), *self._list_unfilled(on)):
+        for opening in (*self._list_unfilled(on), *self._list_virtual(on)):
             same = lines.setdefault(opening.rooms, [])
             if all(opening.line.distance(line) > MAX_WALL for line in same):
                 same.append(opening.line)
