@@ -163,7 +163,9 @@ class Model:
         length = float(np.hypot(end[0] - start[0], end[1] - start[1]))
         along = ((end[0] - start[0]) / length, (end[1] - start[1]) / length, 0.0)
         normal = (along[1], -along[0], 0.0)
-        frame = self.file.createIfcAxis2Placement3D(point((*map(float, start), 0.0)), direction(normal), direction(along))
+        frame = self.file.createIfcAxis2Placement3D(
+            point((*map(float, start), 0.0)), direction(normal), direction(along)
+        )
         corners = [(0.0, 0.0), (length, 0.0), (length, 3000.0), (0.0, 3000.0), (0.0, 0.0)]
         outline = self.file.createIfcPolyline([point(corner) for corner in corners])
         surface = self.file.createIfcCurveBoundedPlane(self.file.createIfcPlane(frame), outline, [])

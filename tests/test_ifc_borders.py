@@ -28,7 +28,8 @@ def house():
     model = Model()
     ground = model.storey()
     spaces = [
-        model.space(ground, corners, Name=str(number)) for number, corners in enumerate((KITCHEN, LIVING, BATH), start=1)
+        model.space(ground, corners, Name=str(number))
+        for number, corners in enumerate((KITCHEN, LIVING, BATH), start=1)
     ]
     return model, ground, spaces
 
@@ -220,7 +221,10 @@ def test_two_buildings_with_storeys_of_one_name_stay_apart(path):
     model.space(model.storey("EG"), KITCHEN, Name="1")
     model.space(model.part("IfcBuildingStorey", other, Name="EG", Elevation=0.0), LIVING, Name="2")
     storeys = model.read(path)
-    assert [(storey.name, [room.number for room in storey.floor]) for storey in storeys] == [("EG", ["1"]), ("EG", ["2"])]
+    assert [(storey.name, [room.number for room in storey.floor]) for storey in storeys] == [
+        ("EG", ["1"]),
+        ("EG", ["2"]),
+    ]
 
 
 def test_names_in_other_scripts_are_read(path):

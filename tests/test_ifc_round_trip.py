@@ -4,11 +4,11 @@ import json
 
 import pytest
 from shapely import LineString, box
-from typer.testing import CliRunner
 
 import pianta
-from pianta.cli import app
+from pianta.errors import FloorError
 from pianta.io.drawings.ifc import read_ifc_plan
+from tests.command_line import run_pianta
 from tests.ifc_models import Model
 
 ifcopenshell = pytest.importorskip("ifcopenshell", reason="pianta[bim] is not installed")
@@ -36,9 +36,8 @@ def model():
 
 
 def run(*arguments):
-    result = CliRunner().invoke(app, [*map(str, arguments)])
-    assert result.exit_code == 0, result.output
-    return result.output
+    code, _, error = run_pianta(*arguments)
+    assert not code, error
 
 
 def collect(file):
@@ -84,7 +83,11 @@ def test_tables_have_numbers_and_global_ids(tmp_path, model):
 
 def test_a_floor_keeps_what_ifc_says_in_its_file(tmp_path):
     floor = pianta.Floor(
-        (pianta.Room(1, box(0, 0, 4, 3), name="Flat roof", number="D.1", global_id="3$f2p7VyLB7eox67SA_zKE", flag="roof"),),
+        (
+            pianta.Room(
+                1, box(0, 0, 4, 3), name="Flat roof", number="D.1", global_id="3$f2p7VyLB7eox67SA_zKE", flag="roof"
+            ),
+        ),
         (pianta.Door((1, None), LineString([(0, 1), (0, 2)]), 1.0, leads_out=False, global_id="door"),),
         title="Dach",
         elevation=6.2,
@@ -99,7 +102,7 @@ def test_a_floor_keeps_what_ifc_says_in_its_file(tmp_path):
 
 @pytest.mark.parametrize("identifier", ["x" * 65, " ", "a\nb"])
 def test_identifiers_that_are_no_text_are_refused(identifier):
-    with pytest.raises(pianta.FloorError, match="identifier"):
+    with pytest.raises(FloorError, match="identifier"):
         pianta.Room(1, box(0, 0, 1, 1), global_id=identifier)
 
 
