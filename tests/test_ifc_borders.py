@@ -254,7 +254,7 @@ def test_shapes_of_any_kind_are_footprints(kind, path):
         bottom, top = ([point((float(x), float(y), z)) for x, y in KITCHEN] for z in (0.0, 2500.0))
         sides = [[bottom[i], bottom[i - 1], top[i - 1], top[i]] for i in range(4)]
         faces = [
-            make.createIfcFace([make.createIfcFaceOuterBound(make.createIfcPolyLoop(loop), True)])  # noqa: FBT003
+            make.createIfcFace([make.createIfcFaceOuterBound(make.createIfcPolyLoop(loop), True)])
             for loop in (bottom[::-1], top, *sides)
         ]
         item = make.createIfcFacetedBrep(make.createIfcClosedShell(faces))

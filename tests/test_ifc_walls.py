@@ -6,8 +6,8 @@ import shapely
 from pianta.errors import PlanError, PlanWarning
 from pianta.io.drawings import _ifc_walls
 from pianta.io.drawings._ifc_model import Shape
-from tests.ifc_models import Model
 from tests.conftest import DATA
+from tests.ifc_models import Model
 
 ifcopenshell = pytest.importorskip("ifcopenshell", reason="pianta[bim] is not installed")
 
@@ -123,7 +123,7 @@ def test_a_model_without_walls_is_refused(path):
     model = Model()
     storey = model.storey()
     model.element("IfcWall", storey, OUTER["south"])
-    with pytest.raises(PlanError, match="no spaces .IfcSpace., and no walls that enclose rooms") as caught:
+    with pytest.raises(PlanError, match=r"no spaces .IfcSpace., and no walls that enclose rooms") as caught:
         model.read(path)
     assert "\n" not in str(caught.value)
 
