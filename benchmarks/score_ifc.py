@@ -72,12 +72,12 @@ def score_file(file: Path) -> dict[str, Share]:
         return {"rooms": Share(right, sum(true)), "doors": _score_doors(storeys, model)}
     rooms = {room.global_id: room for storey in storeys for room in storey.floor}
     spaces = [space for space in model.by_type("IfcSpace") if _has_body(space)]
-    found = [(space, rooms[space.GlobalId]) for space in spaces if space.GlobalId in rooms]
+    pairs = [(space, rooms[space.GlobalId]) for space in spaces if space.GlobalId in rooms]
     return {
-        "spaces": Share(len(found), len(spaces)),
-        "numbers": Share(sum(room.number == _clean(space.Name) for space, room in found), len(spaces)),
-        "names": Share(sum(_has_name(space, room) for space, room in found), len(spaces)),
-        "areas": Share(sum(_is_exact(space, room) for space, room in found), len(spaces)),
+        "spaces": Share(len(pairs), len(spaces)),
+        "numbers": Share(sum(room.number == _clean(space.Name) for space, room in pairs), len(spaces)),
+        "names": Share(sum(_has_name(space, room) for space, room in pairs), len(spaces)),
+        "areas": Share(sum(_is_exact(space, room) for space, room in pairs), len(spaces)),
         "doors": _score_doors(storeys, model),
         "storeys": _score_storeys(storeys, model),
         "virtual boundaries": _score_boundaries(storeys, model),
@@ -95,9 +95,11 @@ def score_walls(model: Any, storeys: list[IfcStorey]) -> Share:  # noqa: ANN401 
             walled = read_ifc_plan(Path(folder) / "walls.ifc")
         except PiantaError:
             walled = []
-    found = [room.polygon for storey in walled for room in storey.floor]
+    outlines = [room.polygon for storey in walled for room in storey.floor]
     true = [shape for storey in storeys for shape in _join_open(storey)]
-    right = [any(shape.intersection(each).area >= MIN_IOU * shape.union(each).area for each in found) for shape in true]
+    right = [
+        any(shape.intersection(each).area >= MIN_IOU * shape.union(each).area for each in outlines) for shape in true
+    ]
     return Share(sum(right), len(true))
 
 
@@ -141,9 +143,9 @@ def _is_exact(space: Any, room: Room) -> bool:  # noqa: ANN401
 
 
 def _score_doors(storeys: list[IfcStorey], model: Any) -> Share:  # noqa: ANN401
-    found = {door.global_id for storey in storeys for door in storey.floor.doors}
+    identifiers = {door.global_id for storey in storeys for door in storey.floor.doors}
     doors = {door.GlobalId for door in model.by_type("IfcDoor")}
-    return Share(len(found & doors), len(doors))
+    return Share(len(identifiers & doors), len(doors))
 
 
 def _score_storeys(storeys: list[IfcStorey], model: Any) -> Share:  # noqa: ANN401
@@ -156,8 +158,8 @@ def _score_storeys(storeys: list[IfcStorey], model: Any) -> Share:  # noqa: ANN4
         for storey in model.by_type("IfcBuildingStorey")
         if any(part.is_a("IfcSpace") for relation in storey.IsDecomposedBy for part in relation.RelatedObjects)
     }
-    found = {storey.floor.global_id: (storey.name, storey.elevation) for storey in storeys}
-    return Share(sum(found.get(key) == value for key, value in true.items()), len(true))
+    read = {storey.floor.global_id: (storey.name, storey.elevation) for storey in storeys}
+    return Share(sum(read.get(key) == value for key, value in true.items()), len(true))
 
 
 def _score_boundaries(storeys: list[IfcStorey], model: Any) -> Share:  # noqa: ANN401

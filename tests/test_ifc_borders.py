@@ -5,7 +5,7 @@ import pytest
 import shapely
 
 from pianta.errors import PlanError, PlanWarning
-from pianta.io.drawings.ifc import read_ifc_plan
+from pianta.io.drawings.ifc import IfcStorey, read_ifc_plan
 from tests.ifc_models import Model
 
 pytest.importorskip("ifcopenshell", reason="pianta[bim] is not installed")
@@ -34,7 +34,7 @@ def house():
     return model, ground, spaces
 
 
-def passages(storey):
+def passages(storey: IfcStorey) -> list[tuple[tuple[int, int | None], str]]:
     return [(door.rooms, door.kind) for door in storey.floor.doors]
 
 
@@ -179,8 +179,8 @@ def test_a_space_in_which_people_cannot_stand_is_flagged(path):
 def test_a_partial_space_belongs_to_the_room_and_a_complex_one_is_none(path):
     model = Model()
     ground = model.storey()
-    whole = model.space(ground, KITCHEN, Name="whole", CompositionType="ELEMENT")
-    model.space(whole, [(0, 0), (1000, 0), (1000, 3000), (0, 3000)], Name="part", CompositionType="PARTIAL")
+    divided = model.space(ground, KITCHEN, Name="whole", CompositionType="ELEMENT")
+    model.space(divided, [(0, 0), (1000, 0), (1000, 3000), (0, 3000)], Name="part", CompositionType="PARTIAL")
     flat = model.space(ground, [*LIVING[:2], (9000, 6000), (4000, 6000)], Name="flat", CompositionType="COMPLEX")
     model.space(flat, LIVING, Name="living", CompositionType="ELEMENT")
     assert [room.number for room in model.read(path)[0].floor] == ["whole", "living"]
@@ -236,21 +236,21 @@ def test_names_in_other_scripts_are_read(path):
     assert (storey.name, storey.floor[1].number, storey.floor[1].name) == ("一階", "Б-12", "Küche 台所")
 
 
-@pytest.mark.parametrize("kind", ["mapped", "faceted", "drawn"])
-def test_shapes_of_any_kind_are_footprints(kind, path):
+@pytest.mark.parametrize("shape_type", ["mapped", "faceted", "drawn"])
+def test_shapes_of_any_kind_are_footprints(shape_type, path):
     """A mapped solid that is moved by 1 m, a brep, and a curve in two dimensions without a body."""
     model = Model()
     space = model.space(model.storey(), None)
     make = model.file
     point = make.createIfcCartesianPoint
     origin = make.createIfcAxis2Placement3D(point((0.0, 0.0, 0.0)))
-    if kind == "mapped":
+    if shape_type == "mapped":
         model.shape(space, KITCHEN)
         body = space.Representation.Representations[0]
         moved = make.createIfcCartesianTransformationOperator3D(None, None, point((1000.0, 0.0, 0.0)), 1.0, None)
         item = make.createIfcMappedItem(make.createIfcRepresentationMap(origin, body), moved)
         shape = make.createIfcShapeRepresentation(model.body, "Body", "MappedRepresentation", [item])
-    elif kind == "faceted":
+    elif shape_type == "faceted":
         bottom, top = ([point((float(x), float(y), z)) for x, y in KITCHEN] for z in (0.0, 2500.0))
         sides = [[bottom[i], bottom[i - 1], top[i - 1], top[i]] for i in range(4)]
         faces = [
@@ -268,7 +268,7 @@ def test_shapes_of_any_kind_are_footprints(kind, path):
     space.Representation = make.createIfcProductDefinitionShape(None, None, [shape])
     (room,) = model.read(path)[0].floor
     assert room.polygon.area == pytest.approx(12)
-    assert room.polygon.bounds == pytest.approx((1, 0, 5, 3) if kind == "mapped" else (0, 0, 4, 3))
+    assert room.polygon.bounds == pytest.approx((1, 0, 5, 3) if shape_type == "mapped" else (0, 0, 4, 3))
 
 
 @pytest.mark.parametrize(("width", "unit"), [(0.9, "metres"), (90.0, "centimetres"), (900.0, "millimetres")])
@@ -286,7 +286,7 @@ def test_a_missing_unit_is_taken_from_the_doors(width, unit, path):
 
 
 @pytest.mark.parametrize("schema", ["IFC2X_FINAL", "IFC2X2_FINAL", "IFC20_LONGFORM", "IFC151"])
-def test_schemas_of_2003_and_before_are_told_by_name(schema, path):
+def test_schemas_of_2003_and_before_are_refused_by_name(schema, path):
     path.write_text(
         "ISO-10303-21;\nHEADER;\nFILE_DESCRIPTION((''),'2;1');\nFILE_NAME('','',(''),(''),'','','');\n"
         f"FILE_SCHEMA(\n('{schema}'));\nENDSEC;\nDATA;\nENDSEC;\nEND-ISO-10303-21;\n"

@@ -1,6 +1,8 @@
 """An IFC that was read goes back to IFC with its GlobalIds, numbers, names and storeys, as a user does it."""
 
 import json
+from pathlib import Path
+from typing import Any
 
 import pytest
 from shapely import LineString, box
@@ -35,12 +37,12 @@ def model():
     return model
 
 
-def run(*arguments):
+def run(*arguments: object) -> None:
     code, _, error = run_pianta(*arguments)
     assert not code, error
 
 
-def collect(file):
+def collect(file: Path) -> tuple[set[Any], set[Any], set[str]]:
     """The GlobalId, Name and LongName of storeys, spaces and doors."""
     model = ifcopenshell.open(file)
     spaces = {(each.GlobalId, each.Name, each.LongName) for each in model.by_type("IfcSpace")}
@@ -68,7 +70,8 @@ def test_global_ids_go_to_the_geojson_and_back(tmp_path, model):
     assert [door.is_entrance for door in ground.floor.doors if not door.joins_rooms] == [True]
     assert [door.is_entrance for door in first.floor.doors if not door.joins_rooms] == [False]
     (opening,) = (door for door in ground.floor.doors if door.kind == "opening")
-    assert (opening.rooms, opening.width) == ((2, 3), pytest.approx(2))
+    assert opening.rooms == (2, 3)
+    assert opening.width == pytest.approx(2)
 
 
 def test_tables_have_numbers_and_global_ids(tmp_path, model):
@@ -81,7 +84,7 @@ def test_tables_have_numbers_and_global_ids(tmp_path, model):
     assert row["global_id"] == model.file.by_type("IfcSpace")[0].GlobalId
 
 
-def test_a_floor_keeps_what_ifc_says_in_its_file(tmp_path):
+def test_a_floor_keeps_the_values_of_an_ifc_in_its_file(tmp_path):
     floor = pianta.Floor(
         (
             pianta.Room(
@@ -113,5 +116,5 @@ def test_identifiers_that_no_ifc_can_have_are_new(tmp_path):
     assert pianta.convert(pianta.Floor(tuple(rooms)), tmp_path / "a.ifc", to="ifc") == [
         "2 identifiers that no IFC can have, or that occur twice, are new"
     ]
-    found = [space.GlobalId for space in ifcopenshell.open(tmp_path / "a.ifc").by_type("IfcSpace")]
-    assert (found[0], len({*found}), {len(each) for each in found}) == (same, 3, {22})
+    identifiers = [space.GlobalId for space in ifcopenshell.open(tmp_path / "a.ifc").by_type("IfcSpace")]
+    assert (identifiers[0], len({*identifiers}), {len(each) for each in identifiers}) == (same, 3, {22})

@@ -1,13 +1,16 @@
 """IFC files without spaces: rooms are what walls, doors, windows and slabs enclose on each storey."""
 
+from typing import Any
+
 import pytest
 import shapely
 
 from pianta.errors import PlanError, PlanWarning
 from pianta.io.drawings import _ifc_walls
 from pianta.io.drawings._ifc_model import Shape
+from pianta.io.drawings.ifc import IfcStorey, read_ifc_plan
 from tests.conftest import DATA
-from tests.ifc_models import Model
+from tests.ifc_models import Corners, Model
 
 ifcopenshell = pytest.importorskip("ifcopenshell", reason="pianta[bim] is not installed")
 
@@ -29,7 +32,7 @@ def path(tmp_path):
     return tmp_path / "plan.ifc"
 
 
-def build(model, *, low=0.0, name="Ground", slab=SLAB):
+def build(model: Model, *, low: float = 0.0, name: str = "Ground", slab: Corners = SLAB) -> tuple[Any, dict[str, Any]]:
     """A storey with two rooms; its walls by their names."""
     storey = model.storey(name, low)
     walls = {side: model.element("IfcWall", storey, corners, low=low) for side, corners in OUTER.items()}
@@ -39,15 +42,15 @@ def build(model, *, low=0.0, name="Ground", slab=SLAB):
     return storey, walls
 
 
-def add_door(model, storey, wall, *, low=0.0):
+def add_door(model: Model, storey: object, wall: object) -> Any:
     """A door of 900 in the inner wall."""
-    opening = model.opening(wall, [(5000, 1000), (5200, 1000), (5200, 1900), (5000, 1900)], low=low)
+    opening = model.opening(wall, [(5000, 1000), (5200, 1000), (5200, 1900), (5000, 1900)])
     door = model.door(storey, (5100, 1000))
     model.fill(opening, door)
     return door
 
 
-def areas(storey):
+def areas(storey: IfcStorey) -> list[float]:
     return [room.polygon.area for room in storey.floor]
 
 
@@ -152,8 +155,6 @@ def test_a_cut_is_the_area_at_its_height():
 @pytest.mark.slow
 def test_a_real_house_without_spaces_has_the_rooms_that_people_count():
     """Counted by eye on pictures of the walls at 1 m: 3 in the cellar, 7, 5, and 2 under the roof."""
-    from pianta.io.drawings.ifc import read_ifc_plan
-
     file = DATA / "planfiles" / "ifc" / "bbri_house_ifc4.ifc"
     if not file.is_file():
         pytest.skip(f"{file} is missing")

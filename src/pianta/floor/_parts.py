@@ -267,11 +267,11 @@ def check_text(text: str | None, what: str, longest: int) -> None:
     """Raise FloorError unless a text is None, or printable, not blank and not too long; what: subject and verb."""
     if text is None:
         return
-    shown = f"{str(text)[:20]!r}"
+    excerpt = f"{str(text)[:20]!r}"
     if not isinstance(text, str) or not text.strip() or len(text) > longest:
-        raise FloorError(f"{what} {shown}, give 1 to {longest} characters or None")
+        raise FloorError(f"{what} {excerpt}, give 1 to {longest} characters or None")
     if not text.isprintable():
-        raise FloorError(f"{what} {shown} with characters that cannot be printed, drop them")
+        raise FloorError(f"{what} {excerpt} with characters that cannot be printed, drop them")
 
 
 def _check_probability(probability: float | None, what: str) -> None:

@@ -112,7 +112,9 @@ def describe_floor(floor: Floor) -> dict[str, Any]:
         "source": floor.source,
         "building_type": _sort_probabilities(floor.building_type),
         "last_id": int(floor.last_id),
-        **_known(title=floor.title or None, elevation=_float_or_none(floor.elevation), global_id=floor.global_id),
+        **_without_none(
+            title=floor.title or None, elevation=_float_or_none(floor.elevation), global_id=floor.global_id
+        ),
         "features": [*_features_of_floor(floor)],
     }
 
@@ -146,7 +148,7 @@ def _features_of_floor(floor: Floor) -> Iterator[dict[str, Any]]:
             "partial": bool(room.partial),
             "probability": _float_or_none(room.probability),
             "area": round(room.polygon.area, AREA_DIGITS),
-            **_known(flag=room.flag, global_id=room.global_id),
+            **_without_none(flag=room.flag, global_id=room.global_id),
         }
         yield _feature("room", room.id, properties, room.polygon)
     for number, door in enumerate(floor.doors, start=1):
@@ -170,12 +172,12 @@ def _describe_door(door: Door) -> dict[str, Any]:
         "width": float(door.width),
         "kind": door.kind,
         "probability": _float_or_none(door.probability),
-        **_known(leads_out=None if door.leads_out else False, global_id=door.global_id),
+        **_without_none(leads_out=None if door.leads_out else False, global_id=door.global_id),
     }
 
 
-def _known(**values: str | float | None) -> dict[str, str | float]:
-    """The properties that are known; most files have none of them."""
+def _without_none(**values: str | float | None) -> dict[str, str | float]:
+    """The properties that are not None; most files have none of them."""
     return {name: value for name, value in values.items() if value is not None}
 
 

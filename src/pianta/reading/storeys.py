@@ -61,8 +61,8 @@ def name_folders(titles: Sequence[str]) -> list[str]:
     names: list[str] = []
     for number, title in enumerate(titles, start=1):
         name = _UNSAFE.sub(" ", title)[:MAX_FOLDER_NAME].strip(" .")
-        taken = {each.casefold() for each in names}
-        is_free = name and name.casefold() not in taken and not _RESERVED.fullmatch(name)
+        names_in_use = {each.casefold() for each in names}
+        is_free = name and name.casefold() not in names_in_use and not _RESERVED.fullmatch(name)
         names.append(name if is_free else f"floor-{number}")
     return names
 

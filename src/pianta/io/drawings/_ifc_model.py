@@ -95,10 +95,10 @@ class IfcModel:
 
     def list_products(self, *types: str) -> list[entity_instance]:
         """The entities of some types, in the order of their numbers in the file."""
-        found: dict[int, entity_instance] = {}
+        by_number: dict[int, entity_instance] = {}
         for ifc_type in types:
-            found |= {entity.id(): entity for entity in self._list_type(ifc_type)}
-        return [found[number] for number in sorted(found)]
+            by_number |= {entity.id(): entity for entity in self._list_type(ifc_type)}
+        return [by_number[number] for number in sorted(by_number)]
 
     def _list_type(self, ifc_type: str) -> Sequence[entity_instance]:
         try:
@@ -148,7 +148,7 @@ class IfcModel:
                 return area.simplify(ROUNDING)
         return Polygon()
 
-    def place(self, product: entity_instance) -> Floats:
+    def locate(self, product: entity_instance) -> Floats:
         """The placement of a product: shape (4, 4), metres."""
         from ifcopenshell.util.placement import get_local_placement
 
@@ -186,7 +186,7 @@ class IfcModel:
     def _storey_at(self, element: entity_instance) -> entity_instance | None:
         """The highest storey that is not above the foot of an element, else the lowest; None without storeys."""
         low = self.shape_of(element).low
-        foot = low if isfinite(low) else float(self.place(element)[2, 3])
+        foot = low if isfinite(low) else float(self.locate(element)[2, 3])
         heights = {storey.id(): self.base_of(storey) for storey in self.storeys}
         below = [storey for storey in self.storeys if heights[storey.id()] <= foot + STAND_ABOVE]
         if below:
@@ -197,14 +197,14 @@ class IfcModel:
         """Height of a storey in the frame of shapes, metres."""
         if storey.ObjectPlacement is None:
             return self.elevation_of(storey)
-        return float(self.place(storey)[2, 3])
+        return float(self.locate(storey)[2, 3])
 
     def elevation_of(self, storey: entity_instance) -> float:
         """Height of a storey as the file states it, metres; else that of its placement, or 0."""
         elevation = getattr(storey, "Elevation", None)
         if elevation is not None and isfinite(elevation):
             return float(elevation) * self.metres_per_unit
-        return float(self.place(storey)[2, 3]) if storey.ObjectPlacement is not None else 0.0
+        return float(self.locate(storey)[2, 3]) if storey.ObjectPlacement is not None else 0.0
 
     @cached_property
     def _settings(self) -> Any:  # noqa: ANN401  # made by a library without types

@@ -41,7 +41,7 @@ _WORDS = MappingProxyType(
     }
 )
 # These occur as the start of names of inner rooms, such as Dachgeschoss, so they must be whole words.
-_WHOLE = frozenset({"roof", "dach", "dak", "toit", "exterior"})
+_COMPLETE_WORDS = frozenset({"roof", "dach", "dak", "toit", "exterior"})
 
 
 def find_flag(space: entity_instance, *, height: float, is_ground: bool) -> str | None:
@@ -58,8 +58,8 @@ def find_flag_in_name(name: str) -> str | None:
     """What a name says of a room: that it is outside, an attic or a roof; None for any other."""
     words = re.findall(r"\w+", name.casefold())
     for flag in (OUTSIDE_FLAG, ATTIC, ROOF):
-        for known in _WORDS[flag].split():
-            if any(word == known or (known not in _WHOLE and word.startswith(known)) for word in words):
+        for listed in _WORDS[flag].split():
+            if any(word == listed or (listed not in _COMPLETE_WORDS and word.startswith(listed)) for word in words):
                 return flag
     return None
 
@@ -79,7 +79,7 @@ class Outside:
         """Whether a door of one room leads to the ground outside; inner: the outline of the room, metres.
 
         Upstairs only a fire exit does. At the ground the file says it (IsExternal, a boundary), or else
-        walls around what is beyond the door tell that it is inside.
+        walls around what is beyond the door show that it is inside.
         """
         is_external = read_property(door, "Pset_DoorCommon", "IsExternal") is True
         if not self.is_ground(storey):

@@ -61,16 +61,16 @@ class Passages:
             joined = beside if beside else joined[:2]
         if not joined or (len(joined) == 2 and joined[0] == joined[1]):
             return None
-        kind: Literal["door", "opening"] = "opening" if read_text(door, "ObjectType") == OPENING_TYPE else "door"
+        door_kind: Literal["door", "opening"] = "opening" if read_text(door, "ObjectType") == OPENING_TYPE else "door"
         if len(joined) == 2:
-            return Door((joined[0], joined[1]), line, width, kind, global_id=read_global_id(door))
+            return Door((joined[0], joined[1]), line, width, door_kind, global_id=read_global_id(door))
         inner = next(room.polygon for room in on.rooms if room.id == joined[0])
         out = self.outside.leads_out(door, line, inner, on.storey)
-        return Door((joined[0], None), line, width, kind, leads_out=out, global_id=read_global_id(door))
+        return Door((joined[0], None), line, width, door_kind, leads_out=out, global_id=read_global_id(door))
 
     def _line_of_door(self, door: entity_instance) -> tuple[LineString, float]:
         """From jamb to jamb, metres, through the middle of the opening or the door if it has a shape; and the width."""
-        matrix = self.model.place(door)
+        matrix = self.model.locate(door)
         width = float(door.OverallWidth or 0) * self.model.metres_per_unit
         opening = next((fill.RelatingOpeningElement for fill in door.FillsVoids), None)
         shapes = (self.model.shape_of(product) for product in (opening, door) if product is not None)
@@ -126,7 +126,7 @@ class Passages:
         points = _list_points(boundary.ConnectionGeometry)
         if len(points) < 2:
             return None
-        matrix = self.model.place(boundary.RelatingSpace)
+        matrix = self.model.locate(boundary.RelatingSpace)
         world = points * self.model.metres_per_unit @ matrix[:3, :3].T + matrix[:3, 3]
         hull = shapely.MultiPoint(world[:, :2]).minimum_rotated_rectangle
         if isinstance(hull, LineString) and hull.length >= TOUCHING:
@@ -138,7 +138,7 @@ class Passages:
         for opening, shape in self.outside.walls.openings:
             if opening.HasFillings or not _is_way(shape, on.base):
                 continue
-            line = draw_line_through(shape, self.model.place(opening))
+            line = draw_line_through(shape, self.model.locate(opening))
             bounded = [space for space, _ in _bounded_spaces(opening) if space in on.by_space]
             joined = list(dict.fromkeys(on.by_space[space].id for space in bounded)) or rooms_beside(line, on.rooms)
             is_outer = any(boundary.startswith("EXTERNAL") for _, boundary in _bounded_spaces(opening))

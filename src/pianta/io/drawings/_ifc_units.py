@@ -17,8 +17,8 @@ _NAMES = {None: "metres", "CENTI": "centimetres", "MILLI": "millimetres"}
 def set_missing_unit(model: file) -> str | None:
     """Give a model without a unit of length the one that fits its doors, and say so; None if it has a unit."""
     projects = model.by_type("IfcProject")
-    known = [unit for project in projects if project.UnitsInContext for unit in project.UnitsInContext.Units]
-    if any(_is_length(unit) for unit in known) or not projects:
+    named = [unit for project in projects if project.UnitsInContext for unit in project.UnitsInContext.Units]
+    if any(_is_length(unit) for unit in named) or not projects:
         return None
     widths = [door.OverallWidth for door in model.by_type("IfcDoor") if door.OverallWidth]
     typical = float(np.median(widths)) if widths else 0.0
@@ -27,7 +27,7 @@ def set_missing_unit(model: file) -> str | None:
     for project in projects:
         own = project.UnitsInContext.Units if project.UnitsInContext is not None else ()
         project.UnitsInContext = model.create_entity("IfcUnitAssignment", [*own, unit])
-    evidence = "its doors fit" if widths else "it has no doors to tell, so"
+    evidence = "its doors fit" if widths else "without doors these are"
     return f"no unit of length, {evidence} {_NAMES[prefix]}"
 
 

@@ -65,12 +65,12 @@ class Walls:
     def openings(self) -> list[tuple[entity_instance, Shape]]:
         """The openings of walls, with their shapes."""
         hosts = {"IfcWall", "IfcCovering", "IfcCurtainWall", "IfcPlate"}
-        found = []
+        voids = []
         for opening in self.model.list_products("IfcOpeningElement"):
             voided = [relation.RelatingBuildingElement for relation in opening.VoidsElements]
             if any(element.is_a(host) for element in voided for host in hosts):
-                found.append((opening, self.model.shape_of(opening)))
-        return found
+                voids.append((opening, self.model.shape_of(opening)))
+        return voids
 
     def list_storeys(self) -> list[WalledStorey]:
         """The storeys with walls or doors, from below; of those closer than MIN_STOREY the one with the most."""
@@ -82,12 +82,12 @@ class Walls:
                 counts[storey.id()] = counts.get(storey.id(), 0) + 1
                 if product.is_a("IfcDoor"):
                     doors.setdefault(storey.id(), []).append(self.model.shape_of(product).low)
-        found = [self._place_storey(self.model.file[number], doors.get(number, [])) for number in counts]
-        kept: list[WalledStorey] = []
-        for storey in sorted(found, key=lambda each: -counts[each.entity.id()]):
-            if all(abs(storey.base - other.base) >= MIN_STOREY for other in kept):
-                kept.append(storey)
-        return sorted(kept, key=lambda each: each.base)
+        storeys = [self._place_storey(self.model.file[number], doors.get(number, [])) for number in counts]
+        separate: list[WalledStorey] = []
+        for storey in sorted(storeys, key=lambda each: -counts[each.entity.id()]):
+            if all(abs(storey.base - other.base) >= MIN_STOREY for other in separate):
+                separate.append(storey)
+        return sorted(separate, key=lambda each: each.base)
 
     def _place_storey(self, entity: entity_instance, doors: Sequence[float]) -> WalledStorey:
         """The storey on which its doors stand; files have heights of storeys that their shapes do not have."""

@@ -173,7 +173,7 @@ class _Reader:
 
     @cached_property
     def outside(self) -> Outside:
-        """Tells what is outside."""
+        """Decides what is outside."""
         return Outside(self.model, self.walls)
 
     def _choose(self, storeys: Sequence[StoreyRooms], only: str | None) -> Sequence[StoreyRooms]:
@@ -207,8 +207,8 @@ class _Reader:
         if getattr(space, "PredefinedType", None) == "GFA":
             return False
         parts = [part for part in list_parts(space) if part.is_a("IfcSpace")]
-        wholes = [relation.RelatingObject for relation in space.Decomposes]
-        if any(whole.is_a("IfcSpace") and self._is_whole(whole) for whole in wholes):
+        parents = [relation.RelatingObject for relation in space.Decomposes]
+        if any(parent.is_a("IfcSpace") and self._is_whole(parent) for parent in parents):
             return False
         return not parts or self._is_whole(space)
 

@@ -65,13 +65,13 @@ def write_ifc(building: Building, target: Path, _: WriteOptions) -> list[str]:
 class _Model:
     """A model in an IFC file, with numbers for its relations.
 
-    kept: identifiers from another file that are in use. refused: how many could not be kept.
+    identifiers: identifiers from another file that are in use. refused: how many could not be kept.
     """
 
     file: file
     name: str
     relations: int = 0
-    kept: set[str] = field(default_factory=set)
+    identifiers: set[str] = field(default_factory=set)
     refused: int = 0
 
     def add(
@@ -79,18 +79,18 @@ class _Model:
         entity: str,
         key: str,
         *,
-        known: str | None = None,
+        global_id: str | None = None,
         **values: Any,  # noqa: ANN401  # values of IFC
     ) -> entity_instance:
         """An entity with its known identifier, or one which a key makes unlike all other ones."""
         import ifcopenshell.guid
 
         identifier = ifcopenshell.guid.compress(uuid5(NAMESPACE_URL, f"pianta/{self.name}/{key}").hex)
-        if known is not None and GLOBAL_ID.fullmatch(known) and known not in self.kept:
-            identifier = known
-            self.kept.add(known)
+        if global_id is not None and GLOBAL_ID.fullmatch(global_id) and global_id not in self.identifiers:
+            identifier = global_id
+            self.identifiers.add(global_id)
         else:
-            self.refused += known is not None
+            self.refused += global_id is not None
         return self.file.create_entity(entity, GlobalId=identifier, **values)
 
     def relate(self, entity: str, **values: Any) -> entity_instance:  # noqa: ANN401  # values of IFC
@@ -164,7 +164,7 @@ def _add_storey(model: _Model, storey: Storey, height: float) -> tuple[entity_in
     frame, floor, key = model.locate(None, (0, 0, height)), storey.floor, f"storey {storey.name}"
     title = title_storey(storey) or "Storey"
     added = model.add(
-        "IfcBuildingStorey", key, known=floor.global_id, Name=title, ObjectPlacement=frame, Elevation=height
+        "IfcBuildingStorey", key, global_id=floor.global_id, Name=title, ObjectPlacement=frame, Elevation=height
     )
     spaces = {room.id: _add_space(model, room, frame, key) for room in floor}
     if spaces:
@@ -198,7 +198,7 @@ def _add_space(model: _Model, room: Room, frame: entity_instance, key: str) -> e
     space = model.add(
         "IfcSpace",
         f"{key} room {room.id}",
-        known=room.global_id,
+        global_id=room.global_id,
         Name=number or str(room.id),
         LongName=name,
         ObjectType=room.label,
@@ -258,7 +258,7 @@ def _add_door(model: _Model, door: Door, part: WallPart, wall: entity_instance, 
     added = model.add(
         "IfcDoor",
         key,
-        known=door.global_id,
+        global_id=door.global_id,
         Name=f"Door {number}",
         ObjectPlacement=model.locate(frame, (0, 0, 0)),
         Representation=model.extrude(leaf, DOOR_HEIGHT),
