@@ -44,10 +44,10 @@ def test_csv_has_a_row_for_each_room(tmp_path):
         heading, *rows = csv.reader(file)
     assert heading[:6] == ["storey", "id", "number", "name", "label", "probability"]
     assert rows == [
-        ["ground", "1", "2502C", "Rossi", "OFFICE", "", "12.0", "14.0", "1", "3"],
-        ["ground", "2", "", '\'=HYPERLINK("x")', "OFFICE", "", "12.0", "14.0", "1", "3"],
-        ["ground", "3", "", "", "CORRIDOR", "", "16.0", "20.0", "3", "1 2"],
-        ["first", "1", "2502C", "Rossi", "OFFICE", "", "12.0", "14.0", "0", ""],
+        ["ground", "1", "2502C", "Rossi", "OFFICE", "", "12.0", "14.0", "1", "3", "", ""],
+        ["ground", "2", "", '\'=HYPERLINK("x")', "OFFICE", "", "12.0", "14.0", "1", "3", "", ""],
+        ["ground", "3", "", "", "CORRIDOR", "", "16.0", "20.0", "3", "1 2", "", ""],
+        ["first", "1", "2502C", "Rossi", "OFFICE", "", "12.0", "14.0", "0", "", "", ""],
     ]
     assert notes == ["1 text would be formulas in a spreadsheet and begin with ' here: '=HYPERLINK(\"x\")'"]
 
@@ -57,7 +57,7 @@ def test_excel_has_rooms_doors_and_totals(tmp_path):
     pianta.convert(HOUSE, tmp_path / "rooms.xlsx", to="excel")
     book = openpyxl.load_workbook(tmp_path / "rooms.xlsx")
     rooms, doors, totals = ([list(row) for row in book[name].values] for name in ("Rooms", "Doors", "Totals"))
-    assert rooms[1] == ["ground", 1, "2502C", "Rossi", "OFFICE", None, 12, 14, 1, "3"]
+    assert rooms[1] == ["ground", 1, "2502C", "Rossi", "OFFICE", None, 12, 14, 1, "3", None, None]
     # A text, not a formula
     assert (book["Rooms"]["D3"].value, book["Rooms"]["D3"].data_type) == ('=HYPERLINK("x")', "s")
     assert doors[1:] == [

@@ -171,7 +171,7 @@ def test_graph_joins_rooms_by_their_widest_door():
         "y": 1.5,
         "partial": False,
         "entrances": 0,
-    } | dict.fromkeys(("name", "predicted_area", "confidence", "probability"))
+    } | dict.fromkeys(("number", "name", "flag", "predicted_area", "confidence", "probability"))
     assert [graph.nodes[2][name] for name in label_fields] == [None, {}, {}]
     assert graph.nodes[2]["partial"]
     assert graph.nodes[2]["probability"] == 0.25

@@ -134,7 +134,7 @@ def test_round_trip_is_exact_and_stable(path, floor):
 def test_file_is_plain_geojson(valid):
     collection = json.loads(valid)
     assert collection["type"] == "FeatureCollection"
-    assert (collection["frame"], collection["units"], collection["version"]) == ("map", "metres", "2.5")
+    assert (collection["frame"], collection["units"], collection["version"]) == ("map", "metres", "2.6")
     features = collection["features"]
     inner = ["room-4", "room-2", "door-1", "door-2", "door-3", "wall-1", "wall-2"]
     loose = ["furniture-1", "furniture-2", "possible_door-1", "possible_door-2"]
@@ -150,7 +150,8 @@ def test_file_is_plain_geojson(valid):
 
 def test_properties_are_named(valid):
     properties = [part["properties"] for part in json.loads(valid)["features"]]
-    unlabelled: dict[str, object] = {"name": None, "label": None, "labels": {}, "label_probabilities": {}}
+    texts: dict[str, object] = {"number": None, "name": None, "label": None}
+    unlabelled = texts | {"labels": {}, "label_probabilities": {}}
     assert properties[0]["labels"] == {"R/C": "ROOM", "school": "AULA È"}
     assert properties[0]["label_probabilities"] == {"R/C": {"ROOM": 1.0}, "school": {"AULA È": 0.7, "LAB": 0.3}}
     unknown = {"probability": None}

@@ -156,15 +156,16 @@ class TestTables:
         table = FLOOR.to_geodataframe()
         assert [*table.index] == [3, 7]
         assert table.index.name == "id"
-        assert [*table.columns] == ["name", "label", "label_probability", "partial", "area", "probability", "geometry"]
-        assert table.loc[3].drop(["geometry", "probability"]).to_dict() == {
+        certain = ["label_probability", "partial", "area", "probability"]
+        assert [*table.columns] == ["number", "name", "label", *certain, "geometry"]
+        assert table.loc[3].drop(["geometry", "number", "probability"]).to_dict() == {
             "name": "204",
             "label": "OFFICE",
             "label_probability": 0.75,
             "partial": False,
             "area": 12.0,
         }
-        assert table.loc[7, ["name", "label", "label_probability"]].isna().all()
+        assert table.loc[7, ["number", "name", "label", "label_probability"]].isna().all()
         assert table["probability"].isna().tolist() == [True, False]
         assert table.loc[7, "probability"] == 0.5
         assert [*table.geometry] == [room.polygon for room in ROOMS]

@@ -31,11 +31,11 @@ class Storey:
     name
         Its name, unlike those of the other storeys, and that of its folder; "" for the only storey of a building.
     elevation
-        Height of its floor above that of the lowest storey, metres; None if unknown.
+        Height of its floor above that of the lowest storey, metres; that of the floor if None, None if unknown.
     grid
         Its map; None without one.
     title
-        What people call it, such as "Ground floor"; its name if empty.
+        What people call it, such as "Ground floor"; the title of the floor if empty, else its name.
     """
 
     floor: Floor
@@ -43,6 +43,11 @@ class Storey:
     elevation: float | None = None
     grid: GridMap | None = None
     title: str = ""
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "title", self.title or self.floor.title)
+        if self.elevation is None:
+            object.__setattr__(self, "elevation", self.floor.elevation)
 
 
 @dataclass(frozen=True)

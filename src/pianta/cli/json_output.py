@@ -62,6 +62,7 @@ def _describe_storey(storey: StoreyReading, out: Path) -> dict[str, Any]:
         "name": storey.name,
         "title": storey.title,
         "elevation": storey.elevation,
+        "global_id": floor.global_id,
         "building_type": dict(floor.building_type),
         "area": round(sum(room.polygon.area for room in floor), DIGITS),
         "messages": [*storey.messages],
@@ -72,6 +73,8 @@ def _describe_storey(storey: StoreyReading, out: Path) -> dict[str, Any]:
                 "kind": door.kind,
                 "width": round(door.width, DIGITS),
                 "probability": door.probability,
+                "leads_out": door.is_entrance,
+                "global_id": door.global_id,
             }
             for door in floor.doors
         ],
@@ -85,7 +88,10 @@ def _list_rooms(floor: Floor) -> list[dict[str, Any]]:
     return [
         {
             "id": room.id,
+            "number": room.number,
             "name": room.name,
+            "flag": room.flag,
+            "global_id": room.global_id,
             "label": room.label,
             "label_probability": room.label_probability,
             "probability": room.probability,

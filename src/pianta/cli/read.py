@@ -410,9 +410,9 @@ def _name_type(floor: Floor) -> str:
 
 
 def tabulate_rooms(floor: Floor) -> Table:
-    """Table of the rooms: id, area, doors, neighbours; and openings, entrances, name, label, seen part, probability.
+    """Table of the rooms: id, area, doors, neighbours, openings, entrances, number, name, flag, label, seen, sure.
 
-    The latter are columns if any room has them.
+    Those from openings on are columns if any room has them.
     An entrance counts as an entrance only, not as a door or an opening.
     """
     graph = floor.graph()
@@ -424,7 +424,9 @@ def tabulate_rooms(floor: Floor) -> Table:
         "openings": [str(counts[room.id, "opening"] or "") for room in floor.rooms],
         "entrances": [str(graph.nodes[room.id]["entrances"] or "") for room in floor.rooms],
         "neighbours": [" ".join(map(str, sorted(graph[room.id]))) for room in floor.rooms],
+        "number": [room.number or "" for room in floor.rooms],
         "name": [room.name or "" for room in floor.rooms],
+        "flag": [room.flag or "" for room in floor.rooms],
         "label": [_describe_label(room) for room in floor.rooms],
         "seen": [_describe_observed_part(room) for room in floor.rooms],
         "sure": ["" if room.probability is None else f"{room.probability:.2f}" for room in floor.rooms],

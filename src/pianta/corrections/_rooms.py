@@ -49,6 +49,7 @@ def merge_rooms(floor: Floor, correction: MergeRooms) -> Floor:
         rooms[0],
         id=min(merging),
         polygon=_join(rooms, [room.polygon for room in floor if room.id not in merging]),
+        number=next((room.number for room in rooms if room.number), None),
         name=next((room.name for room in rooms if room.name), None),
         partial=any(room.partial for room in rooms),
         predicted=None,
@@ -172,7 +173,7 @@ def _divide(floor: Floor, room: Room, parts: Sequence[Polygon]) -> Floor:
     rooms = [
         replace(first, polygon=part)
         if number == 0
-        else replace(first, id=floor.last_id + number, polygon=part, name=None)
+        else replace(first, id=floor.last_id + number, polygon=part, number=None, name=None, global_id=None)
         for number, part in enumerate(parts)
     ]
 

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from pianta.errors import OptionError
-from pianta.floor import Floor
+from pianta.floor import OUTSIDE_FLAG, Floor
 from pianta.labels import normalize_label
 
 # Labels of the thesis of rooms that lead off a floor; a lift must not be used in a fire.
@@ -26,7 +26,7 @@ class Exits:
 
 
 def find_exits(floor: Floor, rooms: Sequence[int] | None = None) -> Exits:
-    """The given exit rooms; else the entrances; else the rooms labelled ENTRANCE or STAIRS.
+    """The given exit rooms; else the entrances and rooms outside; else the rooms labelled ENTRANCE or STAIRS.
 
     Raises OptionError for a room that does not exist, and for a floor without any exit.
     """
@@ -34,8 +34,9 @@ def find_exits(floor: Floor, rooms: Sequence[int] | None = None) -> Exits:
         check_rooms(floor, rooms, "exits=")
         return Exits(frozenset(rooms), frozenset())
     entrances = frozenset(index for index, door in enumerate(floor.doors) if door.is_entrance)
-    if entrances:
-        return Exits(frozenset(), entrances)
+    outside = frozenset(room.id for room in floor.rooms if room.flag == OUTSIDE_FLAG)
+    if entrances or outside:
+        return Exits(outside, entrances)
     labelled = frozenset(room.id for room in floor.rooms if normalize_label(room.label) in EXIT_LABELS)
     if not labelled:
         labels = " or ".join(EXIT_LABELS)

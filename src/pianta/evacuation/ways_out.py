@@ -24,7 +24,7 @@ def find_cut_off(
     pairs = []
     for number, door in enumerate(floor.doors):
         is_exit = number in exits.doors
-        if number in shut_doors or {*shut_rooms} & {*door.room_ids} or (door.is_entrance and not is_exit):
+        if number in shut_doors or {*shut_rooms} & {*door.room_ids} or (not door.joins_rooms and not is_exit):
             continue
         first, second = door.rooms
         pairs.append((index[first], 0 if second is None else index[second]))

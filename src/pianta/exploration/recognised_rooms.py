@@ -76,7 +76,7 @@ def recognise_rooms(
     opened, unopened = [], []
     for number, (door, passage) in enumerate(zip(world.floor.doors, world.door_cells, strict=True)):
         near = [room for room in door.room_ids if room in ids]
-        if door.is_entrance or not near or _measure_free_share(cells, passage) < RECOGNISED_DOOR_SHARE:
+        if not door.joins_rooms or not near or _measure_free_share(cells, passage) < RECOGNISED_DOOR_SHARE:
             continue
         if len(near) == 2:
             opened.append(door)

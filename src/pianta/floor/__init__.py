@@ -2,13 +2,23 @@
 
 from pianta.floor._cells import cells_of_polygon
 from pianta.floor._floor import Floor
-from pianta.floor._parts import DOOR_WIDTH, MAX_ROOM_NAME_LENGTH, Door, Furniture, Room
+from pianta.floor._parts import (
+    BALCONY_FLAG,
+    DOOR_WIDTH,
+    MAX_ROOM_NAME_LENGTH,
+    OUTSIDE_FLAG,
+    Door,
+    Furniture,
+    Room,
+)
 from pianta.floor._rounding import round_floor
 from pianta.floor._scaling import scale_floor
 
 __all__ = [
+    "BALCONY_FLAG",
     "DOOR_WIDTH",
     "MAX_ROOM_NAME_LENGTH",
+    "OUTSIDE_FLAG",
     "Door",
     "Floor",
     "Furniture",

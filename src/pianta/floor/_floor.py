@@ -6,6 +6,7 @@ from collections import Counter, defaultdict
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
+from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, Unpack
 
@@ -17,7 +18,15 @@ from shapely import LineString
 from pianta.errors import FloorError, LabelError
 from pianta.floor._cells import cells_of_polygon
 from pianta.floor._corrected import Correctable
-from pianta.floor._parts import Door, Furniture, Room, copy_probabilities
+from pianta.floor._parts import (
+    MAX_GLOBAL_ID_LENGTH,
+    MAX_ROOM_NAME_LENGTH,
+    Door,
+    Furniture,
+    Room,
+    check_text,
+    copy_probabilities,
+)
 from pianta.gridmap import GridMap
 from pianta.labels import standard_building_type
 
@@ -56,6 +65,12 @@ class Floor(Correctable):
         What stands in the rooms; the rooms' polygons keep the floor under it.
     possible_doors
         Doors that may be there but are shut; they join no rooms in the graph.
+    title
+        What its file calls the storey, such as "Ground floor"; empty if unknown.
+    elevation
+        Height of its floor above the zero of the file, metres; None if unknown.
+    global_id
+        The identifier of the storey in its file, such as the GlobalId of an IFC; None without one.
 
     Raises
     ------
@@ -87,11 +102,18 @@ class Floor(Correctable):
     last_id: int = 0
     furniture: tuple[Furniture, ...] = ()
     possible_doors: tuple[Door, ...] = ()
+    title: str = ""
+    elevation: float | None = None
+    global_id: str | None = None
 
     def __post_init__(self) -> None:
         for name in ("rooms", "doors", "walls", "furniture", "possible_doors"):
             object.__setattr__(self, name, tuple(getattr(self, name)))
         object.__setattr__(self, "building_type", _standardise_types(self.building_type))
+        check_text(self.title or None, "the floor has the title", MAX_ROOM_NAME_LENGTH)
+        check_text(self.global_id, "the floor has the identifier", MAX_GLOBAL_ID_LENGTH)
+        if self.elevation is not None and not isfinite(self.elevation):
+            raise FloorError(f"the floor has the elevation {self.elevation}, give metres or None")
         ids = Counter(room.id for room in self.rooms)
         repeated = sorted(room_id for room_id, count in ids.items() if count > 1)
         doors = (*self.doors, *self.possible_doors)
@@ -281,8 +303,8 @@ class Floor(Correctable):
         Parameters
         ----------
         layer
-            "rooms": polygons; the index is the id, the columns name, label, label_probability, partial, area (m²) and
-            probability.
+            "rooms": polygons; the index is the id, the columns number, name, label, label_probability, partial, area
+            (m²) and probability.
             "doors": lines from jamb to jamb; columns room, other_room (missing for an entrance), width (m), kind and
             probability.
             "walls": the wall lines.
@@ -329,11 +351,11 @@ class Floor(Correctable):
         Returns
         -------
         networkx.Graph
-            Nodes are the ids of the rooms, with the attributes `name`, `label`, `labels`, `label_probabilities`, `area`
-            (m²), `x`, `y` (m; a point inside the room), `partial`, `predicted_area` (m²) and `confidence`, both None
-            unless the room is predicted, `entrances` (their number) and `probability` (that it is one true room; None
-            if unknown). Edges have `doors` (their number), `width` and `probability` (m, and None if unknown, of the
-            widest), and `x`, `y` (m, the middle of the widest). The graph has `source`.
+            Nodes are the ids of the rooms, with the attributes `number`, `name`, `flag`, `label`, `labels`,
+            `label_probabilities`, `area` (m²), `x`, `y` (m; a point inside the room), `partial`, `predicted_area` (m²)
+            and `confidence`, both None unless the room is predicted, `entrances` (their number) and `probability` (that
+            it is one true room; None if unknown). Edges have `doors` (their number), `width` and `probability` (m, and
+            None if unknown, of the widest), and `x`, `y` (m, the middle of the widest). The graph has `source`.
 
         References
         ----------
@@ -352,7 +374,9 @@ class Floor(Correctable):
             inside = room.polygon.representative_point()
             graph.add_node(
                 room.id,
+                number=room.number,
                 name=room.name,
+                flag=room.flag,
                 label=room.label,
                 labels=dict(room.labels),
                 label_probabilities=copy_probabilities(room.label_probabilities),
@@ -365,7 +389,7 @@ class Floor(Correctable):
                 entrances=entrances[room.id],
                 probability=room.probability,
             )
-        inner_doors = (door for door in self.doors if not door.is_entrance)
+        inner_doors = (door for door in self.doors if door.joins_rooms)
         for door in sorted(inner_doors, key=lambda door: door.width):
             count = graph.edges[door.rooms]["doors"] if graph.has_edge(*door.rooms) else 0
             middle = door.line.interpolate(0.5, normalized=True)

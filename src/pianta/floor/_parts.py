@@ -13,6 +13,10 @@ from pianta.errors import FloorError
 
 DOOR_WIDTH = 0.9  # metres, of a usual door; by definition the distance that scales the layout XMLs of the thesis
 MAX_ROOM_NAME_LENGTH = 200  # characters
+# Flags of rooms that are outside of the building, at the ground and above it
+OUTSIDE_FLAG = "outside"
+BALCONY_FLAG = "balcony"
+MAX_GLOBAL_ID_LENGTH = 64  # characters; those of IFC have 22
 
 
 @dataclass(frozen=True)
@@ -43,13 +47,20 @@ class Room:
     probability
         The probability that this is one true room, i.e. that a true room has an IoU of at least 0.6 with it; None if
         unknown.
+    number
+        What its owners call it on doors and in lists, such as "2.04", where a file has it apart from the name; None if
+        unknown.
+    global_id
+        The identifier of the room in the file that it was read from, such as the GlobalId of an IFC; None without one.
+    flag
+        Why people may not count it as a room, such as "attic", "roof" or "outside"; None for a usual room.
 
     Raises
     ------
     FloorError
         The id is not positive, a polygon is empty or invalid, a probability or the confidence is not in [0, 1], a room
-        that is not partial is predicted, a confidence is given without a prediction, or the name is not of 1 to 200
-        characters that can be printed.
+        that is not partial is predicted, a confidence is given without a prediction, or the name, number or flag is
+        not of 1 to 200 characters that can be printed, or the identifier not of 1 to 64.
 
     Examples
     --------
@@ -70,6 +81,9 @@ class Room:
     confidence: float | None = None
     name: str | None = None
     probability: float | None = None
+    number: str | None = None
+    global_id: str | None = None
+    flag: str | None = None
 
     def __post_init__(self) -> None:
         if self.id < 1:
@@ -79,7 +93,9 @@ class Room:
             raise FloorError(f"room {self.id} has no valid polygon, repair it with shapely.make_valid")
         object.__setattr__(self, "polygon", orient(self.polygon))
         self._check_prediction()
-        self._check_name()
+        for what, text in (("name", self.name), ("number", self.number), ("flag", self.flag)):
+            check_text(text, f"room {self.id} has the {what}", MAX_ROOM_NAME_LENGTH)
+        check_text(self.global_id, f"room {self.id} has the identifier", MAX_GLOBAL_ID_LENGTH)
         for label_set, probabilities in self.label_probabilities.items():
             if not isinstance(probabilities, Mapping):
                 raise FloorError(f"room {self.id} has {probabilities!r} for {label_set!r}, give label -> probability")
@@ -101,15 +117,10 @@ class Room:
             raise FloorError(f"room {self.id} is predicted with confidence {self.confidence}, give 0 to 1")
         object.__setattr__(self, "predicted", orient(self.predicted))
 
-    def _check_name(self) -> None:
-        """Raise FloorError unless the name is None, or printable, not blank and at most MAX_ROOM_NAME_LENGTH long."""
-        if self.name is None:
-            return
-        name = f"{str(self.name)[:20]!r}"
-        if not isinstance(self.name, str) or not self.name.strip() or len(self.name) > MAX_ROOM_NAME_LENGTH:
-            raise FloorError(f"room {self.id} has the name {name}, give 1 to {MAX_ROOM_NAME_LENGTH} characters or None")
-        if not self.name.isprintable():
-            raise FloorError(f"room {self.id} has the name {name} with characters that cannot be printed, drop them")
+    @property
+    def title(self) -> str | None:
+        """Its number and its name, as they stand on a plan; None if both are unknown."""
+        return " ".join(dict.fromkeys(filter(None, (self.number, self.name)))) or None
 
     @property
     def label_probability(self) -> float | None:
@@ -123,7 +134,7 @@ class Room:
 
 @dataclass(frozen=True)
 class Door:
-    """A passage between two rooms, or an entrance: a passage between a room and the outside.
+    """A passage between two rooms, or from a room to what is no room: an entrance if that is outside.
 
     Parameters
     ----------
@@ -137,12 +148,17 @@ class Door:
         "door", or "opening" if there is much less wall between the rooms than beside a door.
     probability
         The probability that there is a true door or opening; None if unknown.
+    leads_out
+        Whether a door of one room leads to the outside at the ground. False if it leads to a balcony, or to a part of
+        the building that is no room; such a door is no entrance.
+    global_id
+        The identifier of the door in the file that it was read from, such as the GlobalId of an IFC; None without one.
 
     Raises
     ------
     FloorError
-        The rooms are not two different ones or one and None, the width is negative, or the probability is not in
-        [0, 1].
+        The rooms are not two different ones or one and None, the width is negative, the probability is not in [0, 1],
+        or the identifier is not of 1 to 64 characters that can be printed.
 
     Examples
     --------
@@ -158,6 +174,8 @@ class Door:
     width: float
     kind: Literal["door", "opening"] = "door"
     probability: float | None = None
+    leads_out: bool = True
+    global_id: str | None = None
 
     def __post_init__(self) -> None:
         ids = sorted(room_id for room_id in self.rooms if room_id is not None)
@@ -169,18 +187,24 @@ class Door:
         if not self.width >= 0:
             raise FloorError(f"{what} has width {self.width}, give metres")
         _check_probability(self.probability, what)
+        check_text(self.global_id, f"{what} has the identifier", MAX_GLOBAL_ID_LENGTH)
         object.__setattr__(self, "rooms", (ids[0], ids[1] if len(ids) == 2 else None))
 
     @property
     def room_ids(self) -> tuple[int, ...]:
-        """The ids of the rooms that it leads to: two, or the one of an entrance."""
+        """The ids of the rooms that it leads to: two, or one."""
         first, second = self.rooms
         return (first,) if second is None else (first, second)
 
     @property
     def is_entrance(self) -> bool:
         """Whether it leads outside."""
-        return self.rooms[1] is None
+        return self.rooms[1] is None and self.leads_out
+
+    @property
+    def joins_rooms(self) -> bool:
+        """Whether it leads from a room to another one."""
+        return self.rooms[1] is not None
 
     def renumber_rooms(self, new_ids: Mapping[int, int]) -> Door:
         """The same door between rooms that have new ids.
@@ -237,6 +261,17 @@ class Furniture:
             raise FloorError("a piece of furniture has no valid polygon, repair it with shapely.make_valid")
         _check_probability(self.probability, "a piece of furniture")
         object.__setattr__(self, "polygon", orient(self.polygon))
+
+
+def check_text(text: str | None, what: str, longest: int) -> None:
+    """Raise FloorError unless a text is None, or printable, not blank and not too long; what: subject and verb."""
+    if text is None:
+        return
+    excerpt = f"{str(text)[:20]!r}"
+    if not isinstance(text, str) or not text.strip() or len(text) > longest:
+        raise FloorError(f"{what} {excerpt}, give 1 to {longest} characters or None")
+    if not text.isprintable():
+        raise FloorError(f"{what} {excerpt} with characters that cannot be printed, drop them")
 
 
 def _check_probability(probability: float | None, what: str) -> None:

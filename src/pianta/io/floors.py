@@ -7,7 +7,10 @@ holes), door or wall (lines), or, since 2.3, furniture (a polygon), or, since 2.
 to 2.4 the room had them as the properties `predicted`, a geometry, and `confidence`. Since 2.2 a room has a `name`, or
 null; since 2.3 rooms, doors and furniture have a `probability`, or null; since 2.5 a room has its `area`, which is not
 read. The `rooms` of a door are two ids, those of an entrance an id and null; a possible door has the properties of a
-door. Since 2.5 `crs` names a local coordinate system, without which GDAL takes metres for degrees.
+door. Since 2.6 a room has a `number`, or null; rooms, doors and the collection have the `global_id` of the file that
+they were read from, if it has one; a room may have a `flag`; a door to no room that is no entrance has `leads_out`
+false; and the collection has the `title` and `elevation` of the storey, if they are known. Since 2.5 `crs` names a
+local coordinate system, without which GDAL takes metres for degrees.
 """
 
 from __future__ import annotations
@@ -43,7 +46,7 @@ from pianta.io._checked import FileFormat, read_checked, save_checked
 from pianta.io._faults import validation_as
 from pianta.io._files import atomic_file
 
-FORMAT = FileFormat("pianta floor", 2, 5)
+FORMAT = FileFormat("pianta floor", 2, 6)
 # GDAL takes a GeoJSON for degrees unless its `crs` names another system, and then reads WKT too.
 LOCAL_CRS = 'LOCAL_CS["map frame",UNIT["metre",1],AXIS["x",EAST],AXIS["y",NORTH]]'
 AREA_DIGITS = 4  # of square metres
@@ -109,6 +112,9 @@ def describe_floor(floor: Floor) -> dict[str, Any]:
         "source": floor.source,
         "building_type": _sort_probabilities(floor.building_type),
         "last_id": int(floor.last_id),
+        **_without_none(
+            title=floor.title or None, elevation=_float_or_none(floor.elevation), global_id=floor.global_id
+        ),
         "features": [*_features_of_floor(floor)],
     }
 
@@ -132,6 +138,7 @@ def _features_of_floor(floor: Floor) -> Iterator[dict[str, Any]]:
     for room in floor.rooms:
         properties: dict[str, Any] = {
             "room": int(room.id),
+            "number": room.number,
             "name": room.name,
             "label": room.label,
             "labels": dict(room.labels),
@@ -141,6 +148,7 @@ def _features_of_floor(floor: Floor) -> Iterator[dict[str, Any]]:
             "partial": bool(room.partial),
             "probability": _float_or_none(room.probability),
             "area": round(room.polygon.area, AREA_DIGITS),
+            **_without_none(flag=room.flag, global_id=room.global_id),
         }
         yield _feature("room", room.id, properties, room.polygon)
     for number, door in enumerate(floor.doors, start=1):
@@ -164,7 +172,13 @@ def _describe_door(door: Door) -> dict[str, Any]:
         "width": float(door.width),
         "kind": door.kind,
         "probability": _float_or_none(door.probability),
+        **_without_none(leads_out=None if door.leads_out else False, global_id=door.global_id),
     }
+
+
+def _without_none(**values: str | float | None) -> dict[str, str | float]:
+    """The properties that are not None; most files have none of them."""
+    return {name: value for name, value in values.items() if value is not None}
 
 
 def _float_or_none(number: float | None) -> float | None:
@@ -226,6 +240,9 @@ class _RoomProperties(_Part):
     confidence: FiniteFloat | None = None
     name: str | None = None
     probability: FiniteFloat | None = None
+    number: str | None = None
+    global_id: str | None = None
+    flag: str | None = None
 
     @field_validator("label_probabilities", mode="before")
     @classmethod
@@ -280,6 +297,8 @@ class _DoorProperties(_Part):
     width: FiniteFloat
     kind: Literal["door", "opening"] = "door"
     probability: FiniteFloat | None = None
+    leads_out: bool = True
+    global_id: str | None = None
 
 
 class _LineOfDoor(_Item):
@@ -350,6 +369,9 @@ class _Collection(_Part):
     source: str = ""
     building_type: _Probabilities = {}
     last_id: int = 0
+    title: str = ""
+    elevation: FiniteFloat | None = None
+    global_id: str | None = None
     features: list[_Feature]
 
 
@@ -368,6 +390,9 @@ def parse_floor(content: bytes) -> Floor:
         last_id=collection.last_id,
         furniture=tuple(feature.item for feature in features if isinstance(feature, _FurnitureFeature)),
         possible_doors=tuple(feature.item for feature in features if isinstance(feature, _PossibleDoorFeature)),
+        title=collection.title,
+        elevation=collection.elevation,
+        global_id=collection.global_id,
     )
 
 

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 # The columns of each layer besides the geometry, also of a layer without rows.
 LAYERS = {
-    "rooms": ("name", "label", "label_probability", "partial", "area", "probability"),
+    "rooms": ("number", "name", "label", "label_probability", "partial", "area", "probability"),
     "doors": ("room", "other_room", "width", "kind", "probability"),
     "walls": (),
     "furniture": ("area", "probability"),
@@ -49,7 +49,15 @@ def _list_rows(floor: Floor, layer: str) -> tuple[list[tuple[object, ...]], list
     rows: list[tuple[object, ...]]
     if layer == "rooms":
         rows = [
-            (room.name, room.label, room.label_probability, room.partial, room.polygon.area, room.probability)
+            (
+                room.number,
+                room.name,
+                room.label,
+                room.label_probability,
+                room.partial,
+                room.polygon.area,
+                room.probability,
+            )
             for room in floor.rooms
         ]
         return rows, [room.polygon for room in floor.rooms]

@@ -116,7 +116,7 @@ class Explanation:
 
     def _describe_outer(self, borders: Sequence[Border], room_id: int) -> list[str]:
         """For each door, and for each room beyond a wall, what is there and why; the first border of each counts."""
-        doors = [door for door in self.floor.doors if room_id in door.rooms and not door.is_entrance]
+        doors = [door for door in self.floor.doors if room_id in door.rooms and door.joins_rooms]
         passages: list[tuple[tuple[int, int | None], Door | None, str]] = [
             (border.rooms, find_door(border, doors), _describe_reason(border)) for border in borders
         ]

@@ -171,9 +171,9 @@ def _find_motion(polygons: Polygons, previous: Polygons) -> tuple[Motion, IdMatc
 
 
 def _inherit(room: Room, room_id: int, old: Room | None) -> Room:
-    """The room with its final id, and with the name and the label of the old room if it has none."""
-    if old is not None and room.name is None:
-        room = replace(room, name=old.name)
+    """The room with its final id, and with the number, the name and the label of the old room if it has none."""
+    if old is not None and room.title is None:
+        room = replace(room, number=old.number, name=old.name)
     if old is None or room.label is not None or room.labels or room.label_probabilities:
         return replace(room, id=room_id)
     return replace(room, id=room_id, label=old.label, labels=old.labels, label_probabilities=old.label_probabilities)

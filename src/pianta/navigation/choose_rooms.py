@@ -12,13 +12,13 @@ MAX_SUGGESTED = 5
 
 
 def choose_rooms(floor: Floor, words: Iterable[str]) -> set[int]:
-    """The ids of the rooms that have one of these words as id, name or label, in any case; all with the name or label.
+    """The ids of the rooms that have one of these words as id, number, name or label, in any case; all with it.
 
     Raises OptionError, with similar words, for words that no room has.
     """
     by_word: dict[str, set[int]] = {}
     for room in floor:
-        for text in filter(None, (str(room.id), room.name, room.label, *room.labels.values())):
+        for text in filter(None, (str(room.id), room.number, room.name, room.title, room.label, *room.labels.values())):
             by_word.setdefault(text.casefold(), set()).add(room.id)
     faults, chosen = [], set()
     for word in words:

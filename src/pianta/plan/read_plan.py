@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from types import MappingProxyType
 
@@ -232,7 +232,8 @@ def read_storeys(path: str | Path) -> tuple[PlanFloor, ...]:
     for storey in STOREY_READERS[Path(path).suffix.lower()](path):
         grid = _frame(storey.floor)
         scale = PlanScale(grid.resolution, "the units of the file", 1.0)
-        floors.append(PlanFloor(storey.floor, grid, scale, storey.name, storey.elevation))
+        floor = replace(storey.floor, title=storey.name, elevation=storey.elevation)
+        floors.append(PlanFloor(floor, grid, scale, storey.name, storey.elevation))
     return tuple(floors)
 
 

@@ -109,7 +109,7 @@ def describe_inverted_greys(grid: GridMap) -> Iterator[str]:
 
 def describe_implausible_floor(floor: Floor, grid: GridMap) -> Iterator[str]:
     """What is implausible about the rooms and doors of a map."""
-    rooms, pairs = len(floor.rooms), len({door.rooms for door in floor.doors if not door.is_entrance})
+    rooms, pairs = len(floor.rooms), len({door.rooms for door in floor.doors if door.joins_rooms})
     with_doors = {room_id for door in floor.doors for room_id in door.room_ids}
     doorless = sum(room.id not in with_doors for room in floor.rooms)
     if rooms >= MIN_DOORLESS_ROOMS and doorless >= MAX_DOORLESS_SHARE * rooms:
@@ -127,7 +127,7 @@ def describe_implausible_floor(floor: Floor, grid: GridMap) -> Iterator[str]:
 def _describe_resolution(floor: Floor, resolution: float) -> Iterator[str]:
     """The message for an implausible resolution, metres per cell, by the sizes of rooms and doors."""
     area = float(np.median([room.polygon.area for room in floor.rooms]))
-    widths = [door.width for door in floor.doors if not door.is_entrance]
+    widths = [door.width for door in floor.doors if door.joins_rooms]
     width = float(np.median(widths)) if widths else None
     measures = []
     if area < MIN_ROOM_AREA or (area >= MAX_ROOM_AREA and width is not None and width >= MAX_DOOR_WIDTH):

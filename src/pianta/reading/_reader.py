@@ -26,6 +26,7 @@ from pianta.layout.room_ids import keep_room_ids
 from pianta.reading._labelling import Labelling
 from pianta.reading.reading import OUTPUTS, Reading, StoreyReading
 from pianta.reading.saved_reading import CarriedOver, SavedReading, keep_words, measure_factor
+from pianta.reading.storeys import name_folders
 
 if TYPE_CHECKING:
     from pianta.building_types.model import BuildingTypeModel
@@ -246,14 +247,14 @@ class Reader:
             StoreyReading(
                 each.floor,
                 each.grid,
-                name=f"floor-{number}" if len(plan.floors) > 1 else "",
+                name=name,
                 scale=each.scale,
                 title=each.name,
                 elevation=each.elevation,
                 paper=paper,
                 messages=(f"scale: {each.scale.describe(px_per_unit=unit)}", *matches),
             )
-            for number, each in enumerate(plan.floors, start=1)
+            for each, name in zip(plan.floors, name_folders([each.name for each in plan.floors]), strict=True)
         ]
 
 

@@ -126,7 +126,14 @@ def _take(floor: Floor, new: Room, touched: Sequence[Room]) -> Floor:
         for number, part in enumerate(sorted(filter(_is_room, left), key=lambda part: -part.area)):
             last_id += number > 0
             rooms.append(
-                replace(room, id=last_id if number else room.id, polygon=part, predicted=None, confidence=None)
+                replace(
+                    room,
+                    id=last_id if number else room.id,
+                    polygon=part,
+                    predicted=None,
+                    confidence=None,
+                    global_id=None if number else room.global_id,
+                )
             )
     return replace(floor, rooms=(*rooms, new), last_id=last_id)
 

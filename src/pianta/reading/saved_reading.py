@@ -175,9 +175,16 @@ class SavedReading:
 
 
 def keep_words(floor: Floor, source: Floor) -> Floor:
-    """The floor with the names and labels of another one that has the same rooms in the same order."""
+    """The floor with the numbers, names and labels of another one that has the same rooms in the same order."""
     rooms = tuple(
-        replace(room, name=own.name, label=own.label, labels=own.labels, label_probabilities=own.label_probabilities)
+        replace(
+            room,
+            number=own.number,
+            name=own.name,
+            label=own.label,
+            labels=own.labels,
+            label_probabilities=own.label_probabilities,
+        )
         for room, own in zip(floor.rooms, source.rooms, strict=True)
     )
     return replace(floor, rooms=rooms)

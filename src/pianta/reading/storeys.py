@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import pairwise
 from pathlib import Path
@@ -14,6 +15,12 @@ from pianta.io.building_folders import BUILDING_FILE, check_storey_name, save_bu
 
 # Labels of rooms in which people change the storey end in these words.
 _KINDS: dict[str, LinkKind] = {"STAIRS": "stairs", "ELEVATOR": "lift"}
+# What folders cannot have in their names on some systems, and names of other folders and of results
+_UNSAFE = re.compile(r'[\x00-\x1f\x7f<>:"/\\|?*\s]+')
+_RESERVED = re.compile(
+    r"(?:con|prn|aux|nul|com\d|lpt\d|floor-\d+)(?:\..*)?|.*\.(?:json|geojson|png|npz)", re.IGNORECASE
+)
+MAX_FOLDER_NAME = 60  # characters, of at most 4 bytes each; systems take 255 bytes
 # Stairs of two storeys in one frame are the same if this share of the smaller one overlaps; chosen by hand.
 SAME_SHARE = 0.5
 
@@ -45,6 +52,19 @@ def save_storeys(storeys: Sequence[Storey], out: str | Path, links: Iterable[Lin
     building = Building(ordered, Path(out).name, (*by_user, *by_name))
     save_building_file(building, Path(out) / BUILDING_FILE)
     return building
+
+
+def name_folders(titles: Sequence[str]) -> list[str]:
+    """The names of the folders of storeys: what people call them, else floor-1, floor-2, …; "" for the only one."""
+    if len(titles) == 1:
+        return [""]
+    names: list[str] = []
+    for number, title in enumerate(titles, start=1):
+        name = _UNSAFE.sub(" ", title)[:MAX_FOLDER_NAME].strip(" .")
+        names_in_use = {each.casefold() for each in names}
+        is_free = name and name.casefold() not in names_in_use and not _RESERVED.fullmatch(name)
+        names.append(name if is_free else f"floor-{number}")
+    return names
 
 
 def find_links(storeys: Sequence[Storey], *, one_frame: bool) -> Iterator[Link]:

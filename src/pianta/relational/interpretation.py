@@ -83,7 +83,7 @@ def find_partial(floor: Floor) -> Arguments:
 
 def find_connected(floor: Floor) -> Arguments:
     """The pairs of rooms that one or more doors or openings join."""
-    return sorted({door.room_ids for door in floor.doors if not door.is_entrance})
+    return sorted({door.room_ids for door in floor.doors if door.joins_rooms})
 
 
 def find_shared_walls(floor: Floor) -> Arguments:

@@ -53,7 +53,7 @@ def draw_outlines(floor: Floor, unit: float) -> Geometries:
 def _measure_wall(floor: Floor, unit: float) -> float:
     """Median distance of two rooms with a door between them, m; 0 without doors. Openings have no wall."""
     polygons = {room.id: room.polygon for room in floor.rooms}
-    pairs = [door.room_ids for door in floor.doors if door.kind == "door" and not door.is_entrance]
+    pairs = [door.room_ids for door in floor.doors if door.kind == "door" and door.joins_rooms]
     if not pairs:
         return 0.0
     firsts, seconds = zip(*pairs, strict=True)

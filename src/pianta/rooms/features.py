@@ -109,7 +109,7 @@ def join_rooms(floor: Floor) -> Floats:
     row_of = {room.id: row for row, room in enumerate(floor.rooms)}
     doors = np.zeros((len(row_of), len(row_of)))
     for door in floor.doors:
-        if not door.is_entrance:
+        if door.joins_rooms:
             first, second = (row_of[room] for room in door.room_ids)
             doors[first, second] = doors[second, first] = 1
     return doors

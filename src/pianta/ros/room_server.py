@@ -90,7 +90,7 @@ class RoomServer:
             inside = room.polygon.representative_point()
             position = {"x": round(inside.x, 3), "y": round(inside.y, 3)}
             area = round(room.polygon.area, 2)
-            rooms.append({"id": room.id, "name": room.name, "label": room.label, "area": area, **position})
+            rooms.append({"id": room.id, "name": room.title, "label": room.label, "area": area, **position})
         return json.dumps(rooms, ensure_ascii=False)
 
     def find_room(self, x: float, y: float) -> Room | None:
@@ -122,7 +122,7 @@ class RoomServer:
         from matplotlib.colors import to_rgb
 
         inside = room.polygon.representative_point()
-        text = room.name or room.label or str(room.id)
+        text = room.title or room.label or str(room.id)
         outline = tuple((x, y) for x, y, *_ in room.polygon.exterior.coords)
         color = to_rgb(style_rooms(self.floor)[room.id].color)
         return RoomMarker(room.id, text, outline, (inside.x, inside.y), color)

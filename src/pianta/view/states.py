@@ -121,7 +121,7 @@ def _list_edges(floor: Floor) -> list[list[XY]]:
     centres = {room.id: _centre_of(room.polygon) for room in floor.rooms}
     paths = []
     for door in floor.doors:
-        if not door.is_entrance:
+        if door.joins_rooms:
             first, second = door.room_ids
             middle = door.line.interpolate(0.5, normalized=True)
             paths.append([centres[first], (middle.x, middle.y), centres[second]])

@@ -52,7 +52,7 @@ def choose_viewpoints(floor: Floor, *, share: float, entered: float, seed: int) 
     rooms = {room.id: room.polygon for room in floor.rooms}
     graph = nx.MultiGraph()
     graph.add_nodes_from(rooms)
-    graph.add_edges_from((*door.rooms, {"line": door.line}) for door in floor.doors if not door.is_entrance)
+    graph.add_edges_from((*door.rooms, {"line": door.line}) for door in floor.doors if door.joins_rooms)
     start = int(rng.choice(list(rooms)))
     # The position of the robot when it detected each room
     stations = {start: _find_middle(rooms[start])}

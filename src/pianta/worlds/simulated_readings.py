@@ -63,7 +63,7 @@ def simulate_and_reconstruct(
         size *= sqrt(min(max(area, MEDIAN_ROOM[0]), MEDIAN_ROOM[1]) / area)
     stretched = scale_floor(floor, size * aspect, size / aspect)
     # Entrances lead out of the map.
-    inner = tuple(door for door in stretched.doors if not door.is_entrance)
+    inner = tuple(door for door in stretched.doors if door.joins_rooms)
     rooms = stretched.rooms if walls_are_drawn else tuple(map(inset_room, stretched.rooms))
     walled = replace(stretched, rooms=rooms, doors=inner)
     options = draw_map_options(rng) if furnished else MapOptions(resolution=RESOLUTION, noise=NOISE)

@@ -2,25 +2,28 @@
 
 from __future__ import annotations
 
+import re
 import warnings
 from collections import Counter
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
-from math import isfinite
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import shapely
-from numpy.typing import NDArray
-from shapely import LineString, Polygon
+from shapely import Polygon
 
-from pianta._types import Floats
 from pianta.errors import PlanWarning
-from pianta.floor import DOOR_WIDTH, MAX_ROOM_NAME_LENGTH, Door, Floor, Room
+from pianta.floor import Door, Floor, Room
 from pianta.io._faults import join_faults
 from pianta.io._files import one_line_reason, short_repr
+from pianta.io.drawings._ifc_model import IfcModel, list_parts, read_global_id, read_text
+from pianta.io.drawings._ifc_outside import Outside, find_flag, find_flag_in_name
+from pianta.io.drawings._ifc_passages import Passages, StoreyRooms
+from pianta.io.drawings._ifc_units import set_missing_unit
+from pianta.io.drawings._ifc_walls import WalledStorey, Walls
 from pianta.io.drawings._layers import check_plan_file, damage_as_plan_error, plan_error, require_library
 
 if TYPE_CHECKING:
@@ -31,20 +34,25 @@ if TYPE_CHECKING:
 MAX_FILE_BYTES = 256 * 2**20
 MAX_SPACES = 5000
 MAX_DOORS = 20_000
-_MAX_PARENTS = 20  # from an element up to its storey
+MAX_BOUNDARIES = 200_000
+MAX_HEADER = 2**16  # bytes in which the schema is named
 
 # Chosen by hand:
-MAX_WALL = 1.0  # metres from the middle of a door to its room
-_MIN_DEPTH = 0.05  # metres of a room in front of a door
-_ROUNDING = 1e-4  # metres; smaller details of an outline are removed
+MIN_PART_SHARE = 0.01  # of the largest part of a space; a smaller part is no loss
+MAX_NUMBER = 12  # characters; longer numbers are names
+MAX_STEP = 0.8  # metres between the foot of a door and the floor of its storey
 _START, _END = b"ISO-10303-21;", b"END-ISO-10303-21;"
+_SCHEMA = re.compile(rb"FILE_SCHEMA\s*\(\s*\(\s*'([^']{1,40})'")
+# Of 1997 to 2003; IFC2X3 is of 2006.
+_OLD_SCHEMAS = ("IFC1", "IFC20", "IFC2.", "IFC2X_", "IFC2X2")
+_OLDEST_READ = "IFC2X3"
 
 
 @dataclass(frozen=True)
 class IfcStorey:
     """A storey that has rooms.
 
-    floor: in metres of the model's world frame, x and y as in the file; rooms have names.
+    floor: in metres of the model's world frame, x and y as in the file; rooms have numbers, names and GlobalIds.
     name: of the storey. elevation: metres above the model's zero.
     """
 
@@ -59,29 +67,36 @@ class IfcStorey:
 
 
 def read_ifc_plan(path: str | Path, *, storey: str | None = None) -> list[IfcStorey]:
-    """Read the storeys of an IFC (STEP) file that have spaces, from the lowest to the highest, with rooms and doors.
+    """Read the storeys of an IFC (STEP) file that have rooms, from the lowest to the highest, with rooms and doors.
 
     storey: the name of the only one to read, in any case.
 
-    A room is the footprint of a space, numbered from 1 in the order of the file, with its LongName or else its Name;
-    spaces made of spaces, outer ones and those of gross areas are left out. The line of a door is as long as the
-    opening that it fills, or else as its own shape; its width is OverallWidth. It joins the spaces that it bounds
-    (IfcRelSpaceBoundary of any level), and if these are fewer than two, the rooms on both its sides at most MAX_WALL
-    metres away; with one room it is an entrance. Lengths are converted to metres by IfcUnitAssignment.
+    A room is the footprint of a space, numbered from 1 in the order of the file. Its number is the Name of the space,
+    its name the LongName, or else a Name that is no number. Spaces made of spaces and those of gross areas are left
+    out; balconies, terraces, attics and roofs are flagged. Without any space, rooms are what walls, doors, windows and
+    slabs enclose 1 m above each storey.
+    The line of a door is as long as the opening that it fills, or else as its own shape; its width is OverallWidth. It
+    joins the spaces that it bounds (IfcRelSpaceBoundary of any level), and if these are fewer than two, the rooms on
+    both its sides at most MAX_WALL metres away; with one room it is an entrance if it leads to the ground outside.
+    Openings join rooms at virtual boundaries, at openings of walls that nothing fills, and where rooms touch without a
+    wall. Lengths are converted to metres by IfcUnitAssignment.
 
     One PlanWarning counts spaces and doors that cannot be located; they are left out.
-    Raises PlanError, in one line, if ifcopenshell (pianta[bim]) is missing, and for a file that is no IFC, cut off,
-    damaged, too large, or has no spaces with a shape, or no storey of that name.
+    Raises PlanError, in one line, if ifcopenshell (pianta[bim]) is missing, and for a file that is no IFC, of a schema
+    before IFC2X3, cut off, damaged, too large, or has no rooms, or no storey of that name.
     Source of the format: ISO 16739, through IfcOpenShell.
     """
     file = check_plan_file(path, max_bytes=MAX_FILE_BYTES)
     model = _open_model(file)
     with damage_as_plan_error(file, "IFC"):  # IfcOpenShell checks entities when they are used
-        reader = _Reader(model, file)
+        unit = set_missing_unit(model)
+        reader = _Reader(IfcModel(model, file))
         storeys = reader.read_storeys(storey)
-    if reader.left_out:
-        counts = join_faults([f"{count} {what}" for what, count in reader.left_out.items()])
-        warnings.warn(f"plan {short_repr(file)} has {counts}, left out", PlanWarning, stacklevel=2)
+    notes = [f"{count} {what}, left out" for what, count in reader.left_out.items() if count]
+    notes += [unit] if unit else []
+    notes += ["no spaces (IfcSpace), its rooms are made from its walls"] if reader.from_walls else []
+    if notes:
+        warnings.warn(f"plan {short_repr(file)} has {join_faults(notes)}", PlanWarning, stacklevel=2)
     return storeys
 
 
@@ -91,11 +106,12 @@ def _open_model(file: Path) -> file:
     import ifcopenshell
 
     with file.open("rb") as stream:
-        start = stream.read(200)
+        start = stream.read(MAX_HEADER)
         stream.seek(max(0, file.stat().st_size - 200))
         end = stream.read()
-    if _START not in start:
+    if _START not in start[:200]:
         raise plan_error(file, "is no IFC, save it as .ifc (STEP), not zipped and not as XML")
+    _refuse_old_schema(file, start)
     if _END not in end:
         raise plan_error(file, "is cut off, its last line is not END-ISO-10303-21; save it again")
     try:
@@ -105,219 +121,200 @@ def _open_model(file: Path) -> file:
         raise plan_error(file, f"is no IFC or damaged, save it again as .ifc: {reason}") from exception
 
 
+def _refuse_old_schema(file: Path, header: bytes) -> None:
+    """Raise PlanError for a schema of 2003 or before, by its name."""
+    named = _SCHEMA.search(header)
+    schema = named.group(1).decode("ascii", "replace").strip().upper() if named else ""
+    if schema.startswith(_OLD_SCHEMAS) or schema == "IFC2X":
+        raise plan_error(
+            file,
+            f"is of {short_repr(schema)}, a version of IFC of 2003 or before; open it in a BIM program and save it as "
+            f"{_OLDEST_READ} or IFC4",
+        )
+
+
 @dataclass
 class _Reader:
     """Reads a model; left_out: counts of elements that are left out, by the reason."""
 
-    model: file
-    path: Path
+    model: IfcModel
     left_out: Counter[str] = field(default_factory=Counter)
 
     def read_storeys(self, only: str | None) -> list[IfcStorey]:
         """The storeys that have rooms, or the one of a name."""
-        spaces = self._spaces_by_storey()
-        names = {number: _name_of(self.model[number], prefer="Name") or f"storey {number}" for number in spaces}
-        if only is not None:
-            chosen = {number for number, name in names.items() if name.casefold() == only.strip().casefold()}
-            if not chosen:
-                storey_names = ", ".join(map(short_repr, names.values()))
-                raise plan_error(self.path, f"has no storey {short_repr(only)}, it has {storey_names}")
-            spaces = {number: spaces[number] for number in spaces if number in chosen}
-        doors = self._doors_by_storey({space.id(): number for number in spaces for space in spaces[number]})
-        storeys = [
-            self._read_storey(number, names[number], storey_spaces, doors.get(number, []))
-            for number, storey_spaces in spaces.items()
-        ]
-        storeys = [storey for storey in storeys if storey.floor.rooms]
-        if not storeys:
-            raise plan_error(self.path, "has no spaces with a shape, export their geometry with it")
-        return sorted(storeys, key=lambda storey: storey.elevation)
+        self._check_counts()
+        storeys = self._choose(self._rooms_from_walls() if self.from_walls else self._rooms_of_spaces(), only)
+        doors = self._doors_by_storey(storeys)
+        read = [self._finish(each, doors.get(each.storey.id(), [])) for each in storeys]
+        return sorted(read, key=lambda storey: storey.elevation)
 
-    def _spaces_by_storey(self) -> dict[int, list[entity_instance]]:
-        """Spaces that are rooms, in the order of the file, by the number of their storey."""
-        spaces = _in_order(self.model.by_type("IfcSpace"))
-        if len(spaces) > MAX_SPACES:
-            raise plan_error(self.path, f"has {len(spaces)} spaces, give at most {MAX_SPACES}")
-        if not spaces:
-            raise plan_error(self.path, "has no spaces (IfcSpace), export the rooms with it")
+    def _check_counts(self) -> None:
+        """Raise PlanError for more elements than a building has."""
+        limits = (("IfcSpace", MAX_SPACES, "spaces"), ("IfcDoor", MAX_DOORS, "doors"))
+        for ifc_type, limit, noun in (*limits, ("IfcRelSpaceBoundary", MAX_BOUNDARIES, "boundaries of spaces")):
+            count = len(self.model.list_products(ifc_type))
+            if count > limit:
+                raise plan_error(self.model.path, f"has {count} {noun}, give at most {limit}")
+
+    @cached_property
+    def from_walls(self) -> bool:
+        """Whether the model has no spaces."""
+        return not self.model.list_products("IfcSpace")
+
+    @cached_property
+    def walls(self) -> Walls:
+        """What closes rooms."""
+        return Walls(self.model)
+
+    @cached_property
+    def passages(self) -> Passages:
+        """Reads doors and openings."""
+        return Passages(self.model, self.outside)
+
+    @cached_property
+    def outside(self) -> Outside:
+        """Decides what is outside."""
+        return Outside(self.model, self.walls)
+
+    def _choose(self, storeys: Sequence[StoreyRooms], only: str | None) -> Sequence[StoreyRooms]:
+        """The storeys with rooms, or the one of a name; raises PlanError without any."""
+        if only is not None:
+            chosen = [each for each in storeys if _name_of(each.storey).casefold() == only.strip().casefold()]
+            if not chosen:
+                names = ", ".join(short_repr(_name_of(each.storey)) for each in storeys)
+                raise plan_error(self.model.path, f"has no storey {short_repr(only)}, it has {names}")
+            storeys = chosen
+        storeys = [each for each in storeys if each.rooms]
+        if not storeys:
+            what = "spaces (IfcSpace), and no walls that enclose rooms, export the rooms with it"
+            what = what if self.from_walls else "spaces with a shape, export their geometry with it"
+            raise plan_error(self.model.path, f"has no {what}")
+        return storeys
+
+    def _rooms_of_spaces(self) -> list[StoreyRooms]:
+        """The rooms of each storey that has spaces, in the order of the file."""
         by_storey: dict[int, list[entity_instance]] = {}
-        for space in filter(_is_room, spaces):
-            storey = _storey_of(space)
+        for space in filter(self._is_room, self.model.list_products("IfcSpace")):
+            storey = self.model.storey_of(space)
             if storey is None:
                 self.left_out["spaces on no storey"] += 1
             else:
                 by_storey.setdefault(storey.id(), []).append(space)
-        return by_storey
+        return [self._read_rooms(self.model.file[number], spaces) for number, spaces in by_storey.items()]
 
-    def _doors_by_storey(self, storey_of_space: dict[int, int]) -> dict[int, list[entity_instance]]:
+    def _is_room(self, space: entity_instance) -> bool:
+        """Whether a space is no gross floor area, contains no other space, and is no part of a space with a shape."""
+        if getattr(space, "PredefinedType", None) == "GFA":
+            return False
+        parts = [part for part in list_parts(space) if part.is_a("IfcSpace")]
+        parents = [relation.RelatingObject for relation in space.Decomposes]
+        if any(parent.is_a("IfcSpace") and self._is_whole(parent) for parent in parents):
+            return False
+        return not parts or self._is_whole(space)
+
+    def _is_whole(self, space: entity_instance) -> bool:
+        """Whether a space is one room, although it has parts: they are PARTIAL, and it has a shape of its own."""
+        parts = [part for part in list_parts(space) if part.is_a("IfcSpace")]
+        is_divided = bool(parts) and all(part.CompositionType == "PARTIAL" for part in parts)
+        return is_divided and self._footprint_of(space) is not None
+
+    def _read_rooms(self, storey: entity_instance, spaces: Sequence[entity_instance]) -> StoreyRooms:
+        """The rooms of a storey; those without a shape are counted as left out."""
+        rooms: dict[int, Room] = {}
+        is_ground = self.outside.is_ground(storey)
+        for space in spaces:
+            outline = self._footprint_of(space)
+            if outline is None:
+                self.left_out["spaces without a shape"] += 1
+                continue
+            number, name = _read_number_and_name(space)
+            shape = self.model.shape_of(space)
+            height = shape.high - shape.low if len(shape.faces) else 0.0
+            rooms[space.id()] = Room(
+                len(rooms) + 1,
+                outline,
+                name=name,
+                number=number,
+                global_id=read_global_id(space),
+                flag=find_flag(space, height=height, is_ground=is_ground),
+            )
+        feet = [self.model.shape_of(self.model.file[number]).low for number in rooms]
+        feet = [foot for foot in feet if np.isfinite(foot)]
+        base = float(np.median(feet)) if feet else self.model.base_of(storey)
+        return StoreyRooms(storey, tuple(rooms.values()), rooms, base)
+
+    def _footprint_of(self, space: entity_instance) -> Polygon | None:
+        """The area of a space from above, metres; only its largest part."""
+        area = self.model.shape_of(space).project()
+        if area.is_empty:
+            area = self.model.outline_of(space)
+        parts = [part for part in shapely.get_parts(area) if isinstance(part, Polygon) and part.is_valid]
+        largest = max(parts, key=lambda part: part.area, default=None)
+        if largest is None or largest.is_empty:
+            return None
+        lost = sum(part.area >= MIN_PART_SHARE * largest.area for part in parts) - 1
+        self.left_out["parts of spaces in several parts"] += lost
+        return largest
+
+    def _rooms_from_walls(self) -> list[StoreyRooms]:
+        """The rooms that the walls of each storey enclose, from the largest."""
+        return [self._enclose_rooms(storey) for storey in self.walls.list_storeys()]
+
+    def _enclose_rooms(self, storey: WalledStorey) -> StoreyRooms:
+        flag = find_flag_in_name(_name_of(storey.entity))
+        outlines = self.walls.find_rooms(storey)
+        rooms = tuple(Room(number, outline, flag=flag) for number, outline in enumerate(outlines, start=1))
+        return StoreyRooms(storey.entity, rooms, {}, storey.base)
+
+    def _doors_by_storey(self, storeys: Sequence[StoreyRooms]) -> dict[int, list[entity_instance]]:
         """Doors by the number of their storey: that of a space that they bound, else the one that contains them."""
-        doors = _in_order(self.model.by_type("IfcDoor"))
-        if len(doors) > MAX_DOORS:
-            raise plan_error(self.path, f"has {len(doors)} doors, give at most {MAX_DOORS}")
+        storey_of_space = {space: each.storey.id() for each in storeys for space in each.by_space}
         by_storey: dict[int, list[entity_instance]] = {}
-        for door in doors:
-            bounded = (storey_of_space[space] for space, _ in _bounded_spaces(door) if space in storey_of_space)
-            container = _storey_of(door)
-            storey = next(bounded, None) or (container.id() if container is not None else None)
+        for door in self.model.list_products("IfcDoor"):
+            spaces = (boundary.RelatingSpace for boundary in door.ProvidesBoundaries)
+            numbers = (space.id() for space in spaces if space is not None)
+            bounded = (storey_of_space[number] for number in numbers if number in storey_of_space)
+            storey = next(bounded, None) or self._storey_of_door(door, storeys)
             if storey is not None:
                 by_storey.setdefault(storey, []).append(door)
             else:
                 self.left_out["doors on no storey"] += 1
         return by_storey
 
-    def _read_storey(
-        self, number: int, name: str, spaces: Sequence[entity_instance], doors: Sequence[entity_instance]
-    ) -> IfcStorey:
-        """A storey with its rooms and doors, metres; number: the id of its IfcBuildingStorey."""
-        rooms: dict[int, Room] = {}
-        for space in spaces:
-            outline = self._footprint_of(space)
-            if outline is None:
-                self.left_out["spaces without a shape"] += 1
-            else:
-                rooms[space.id()] = Room(len(rooms) + 1, outline, name=_name_of(space, prefer="LongName"))
-        floor_doors = [self._read_door(door, rooms) for door in doors] if rooms else []
-        self.left_out += Counter({"doors that do not lead from a room to another or outside": floor_doors.count(None)})
-        floor = Floor(tuple(rooms.values()), tuple(filter(None, floor_doors)), source=self.path.name)
-        return IfcStorey(floor, name, self._elevation_of(self.model[number]))
+    def _storey_of_door(self, door: entity_instance, storeys: Sequence[StoreyRooms]) -> int | None:
+        """The number of the storey that contains a door; with rooms from walls, of the one on which it stands."""
+        if self.from_walls:
+            foot = self.model.shape_of(door).low
+            near = [each for each in storeys if abs(each.base - foot) <= MAX_STEP]
+            if near:
+                return int(min(near, key=lambda each: abs(each.base - foot)).storey.id())
+        container = self.model.storey_of(door)
+        return None if container is None else int(container.id())
 
-    def _footprint_of(self, space: entity_instance) -> Polygon | None:
-        """The area of a space from above, metres; only its largest part."""
-        corners, faces = self._mesh_of(space)
-        triangles = shapely.polygons(corners[faces][:, :, :2]) if len(faces) else np.array([])
-        horizontal = triangles[shapely.area(triangles) > 0]
-        if not len(horizontal):
-            return None
-        area = shapely.union_all(shapely.normalize(horizontal), grid_size=_ROUNDING).simplify(_ROUNDING)
-        parts = [part for part in shapely.get_parts(area) if isinstance(part, Polygon) and part.is_valid]
-        return max(parts, key=lambda part: part.area, default=None)
-
-    def _mesh_of(self, product: entity_instance) -> tuple[Floats, NDArray[np.intp]]:
-        """Corners, shape (N, 3), metres, and faces, shape (M, 3), of a product; empty if it has no shape."""
-        from ifcopenshell import geom
-
-        try:
-            shape: Any = geom.create_shape(self._settings, product)
-        except RuntimeError:
-            return np.zeros((0, 3)), np.zeros((0, 3), np.intp)
-        corners = np.array(shape.geometry.verts, float).reshape(-1, 3)
-        faces = np.array(shape.geometry.faces, np.intp).reshape(-1, 3)
-        return corners, faces[np.isfinite(corners[faces]).all(axis=(1, 2))]
-
-    def _read_door(self, door: entity_instance, rooms: dict[int, Room]) -> Door | None:
-        """A door between rooms, which are keyed by the numbers of their spaces; None if it joins none."""
-        line, width = self._line_of_door(door)
-        bounded = _bounded_spaces(door)
-        joined = list(dict.fromkeys(rooms[space].id for space, _ in bounded if space in rooms))
-        is_outer = any(boundary.startswith("EXTERNAL") for _, boundary in bounded)
-        if len(joined) != 2 and not (len(joined) == 1 and is_outer):
-            beside = rooms_beside(line, list(rooms.values()))
-            joined = beside if beside else joined[:2]
-        if not joined or (len(joined) == 2 and joined[0] == joined[1]):
-            return None
-        return Door((joined[0], joined[1] if len(joined) == 2 else None), line, width)
-
-    def _line_of_door(self, door: entity_instance) -> tuple[LineString, float]:
-        """From jamb to jamb, metres, through the middle of the opening or the door if it has a shape; and the width."""
-        from ifcopenshell.util.placement import get_local_placement
-
-        matrix = np.array(get_local_placement(door.ObjectPlacement), float)
-        start, axes = matrix[:2, 3] * self._metres_per_unit, matrix[:2, :2]
-        width = float(door.OverallWidth or 0) * self._metres_per_unit
-        opening = next((fill.RelatingOpeningElement for fill in door.FillsVoids), None)
-        meshes = (self._mesh_of(product)[0] for product in (opening, door) if product is not None)
-        corners = next((mesh for mesh in meshes if len(mesh)), None)
-        if corners is None:
-            ends = np.array([[0, 0], [width or DOOR_WIDTH, 0]])
-        else:
-            local = (corners[:, :2] - start) @ axes
-            low, high = local.min(axis=0), local.max(axis=0)
-            longer = int(high[1] - low[1] > high[0] - low[0])
-            ends = np.tile((low + high) / 2, (2, 1))
-            ends[:, longer] = low[longer], high[longer]
-        line = LineString(start + ends @ axes.T)
-        return line, width if isfinite(width) and width > 0 else float(line.length)
-
-    def _elevation_of(self, storey: entity_instance) -> float:
-        """Height of a storey, metres; 0 if the file does not give it."""
-        elevation = storey.Elevation
-        return float(elevation) * self._metres_per_unit if elevation is not None and isfinite(elevation) else 0.0
-
-    @cached_property
-    def _metres_per_unit(self) -> float:
-        """Metres per unit of length of the file."""
-        from ifcopenshell.util.unit import calculate_unit_scale
-
-        return float(calculate_unit_scale(self.model))
-
-    @cached_property
-    def _settings(self) -> Any:  # noqa: ANN401  # made by a library without types
-        """Settings by which ifcopenshell computes shapes, in the coordinates of the whole model."""
-        from ifcopenshell import geom
-
-        settings = geom.settings()
-        settings.set("use-world-coords", True)  # noqa: FBT003
-        return settings
+    def _finish(self, on: StoreyRooms, doors: Iterable[entity_instance]) -> IfcStorey:
+        """A storey with its rooms, doors and openings, metres."""
+        read = [self.passages.read_door(door, on) for door in doors]
+        self.left_out["doors that do not lead from a room to another or outside"] += read.count(None)
+        passages: list[Door] = [door for door in read if door is not None]
+        passages += self.passages.list_openings(on, passages)
+        passages += self.passages.list_gaps(on, passages)
+        name, elevation = _name_of(on.storey), self.model.elevation_of(on.storey)
+        floor = Floor(on.rooms, tuple(passages), source=self.model.path.name, title=name, elevation=elevation)
+        return IfcStorey(replace(floor, global_id=read_global_id(on.storey)), name, elevation)
 
 
-def _in_order(entities: Sequence[entity_instance]) -> list[entity_instance]:
-    """Entities in the order of their numbers in the file."""
-    return sorted(entities, key=lambda entity: entity.id())
+def _name_of(storey: entity_instance) -> str:
+    """What a storey is called."""
+    return read_text(storey, "Name") or read_text(storey, "LongName") or f"storey {storey.id()}"
 
 
-def _is_room(space: entity_instance) -> bool:
-    """Whether a space contains no other space, is inside, and is no gross floor area."""
-    parts = (part for relation in space.IsDecomposedBy for part in relation.RelatedObjects)
-    types = {getattr(space, name, None) for name in ("PredefinedType", "InteriorOrExteriorSpace")}
-    return not any(part.is_a("IfcSpace") for part in parts) and types.isdisjoint({"EXTERNAL", "GFA"})
+def _read_number_and_name(space: entity_instance) -> tuple[str | None, str | None]:
+    """The Name of a space, and its LongName, or else a Name in words, such as "Kitchen"."""
+    number, name = read_text(space, "Name"), read_text(space, "LongName")
+    if name is None and number is not None and not _is_number(number):
+        name = number
+    return number, name
 
 
-def _storey_of(element: entity_instance) -> entity_instance | None:
-    """The storey that contains an element, directly or through other elements."""
-    parent: entity_instance | None = element
-    for _ in range(_MAX_PARENTS):
-        if parent is None or parent.is_a("IfcBuildingStorey"):
-            return parent
-        parent = next(_parents_of(parent), None)
-    return None
-
-
-def _parents_of(element: entity_instance) -> Iterator[entity_instance]:
-    """What contains an element, directly: storeys and other structures, then the elements that it is a part of."""
-    yield from (relation.RelatingStructure for relation in getattr(element, "ContainedInStructure", ()))
-    yield from (relation.RelatingObject for relation in getattr(element, "Decomposes", ()))
-
-
-def _bounded_spaces(door: entity_instance) -> list[tuple[int, str]]:
-    """The numbers of the spaces that a door bounds, and whether each boundary is INTERNAL or EXTERNAL."""
-    relations = sorted(door.ProvidesBoundaries, key=lambda relation: relation.id())
-    spaces = ((relation.RelatingSpace, relation.InternalOrExternalBoundary) for relation in relations)
-    return [(space.id(), str(boundary)) for space, boundary in spaces if space is not None and space.is_a("IfcSpace")]
-
-
-def _name_of(entity: entity_instance, *, prefer: str) -> str | None:
-    """Its LongName or Name on one line, the preferred one where it has both."""
-    names = (getattr(entity, name, None) for name in (prefer, "LongName", "Name"))
-    plain = ("".join(filter(str.isprintable, " ".join(str(name or "").split()))) for name in names)
-    return next((name[:MAX_ROOM_NAME_LENGTH].strip() for name in plain if name.strip()), None)
-
-
-def rooms_beside(line: LineString, rooms: Sequence[Room]) -> list[int]:
-    """The ids of the rooms on both sides of a door: those with the longest share of MAX_WALL metres in front of it.
-
-    The ids are equal if the same room is on both sides.
-    """
-    ends = shapely.get_coordinates(line)
-    along = ends[1] - ends[0]
-    length = np.hypot(*along)
-    if not np.isfinite(length) or length == 0 or not rooms:
-        return []
-    outlines = np.array([room.polygon for room in rooms])
-    beside = []
-    for side in (-1, 1):
-        across = np.array([-along[1], along[0]]) * side * MAX_WALL / length
-        ray = LineString([ends.mean(axis=0), ends.mean(axis=0) + across])
-        depths = shapely.length(shapely.intersection(outlines, ray))
-        if depths.max() > _MIN_DEPTH:
-            beside.append(rooms[int(depths.argmax())].id)
-    return beside
+def _is_number(text: str) -> bool:
+    return any(map(str.isdigit, text)) and " " not in text and len(text) <= MAX_NUMBER

@@ -16,8 +16,9 @@ from shapely import LineString, Polygon
 from pianta.floor import MAX_ROOM_NAME_LENGTH, Door, Floor, Room
 from pianta.io._files import one_line_reason, short_repr
 from pianta.io._xml import parse_number
+from pianta.io.drawings._ifc_passages import rooms_beside
 from pianta.io.drawings._layers import check_plan_file, damage_as_plan_error, plan_error
-from pianta.io.drawings.ifc import IfcStorey, rooms_beside
+from pianta.io.drawings.ifc import IfcStorey
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element

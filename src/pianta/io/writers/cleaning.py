@@ -36,7 +36,7 @@ def write_cleaning(building: Building, target: Path, options: WriteOptions) -> l
 
 def _describe_room(floor: Floor, plan: CleaningPlan, room_id: int) -> dict[str, Any]:
     room = floor[room_id]
-    texts = {key: text for key, text in (("name", room.name), ("label", room.label)) if text is not None}
+    texts = {key: text for key, text in (("name", room.title), ("label", room.label)) if text is not None}
     lines = {"way": _list_points(plan.ways[room_id]), "path": _list_points(plan.paths[room_id])}
     return {"room": room_id, **texts, **lines}
 

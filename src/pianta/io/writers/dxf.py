@@ -14,7 +14,7 @@ from pianta.building import Building, Storey
 from pianta.floor import Door, Floor, Room
 from pianta.io._files import count_noun
 from pianta.io.writers._formats import WriteOptions
-from pianta.io.writers.room_texts import place_text, split_number
+from pianta.io.writers.room_texts import number_and_name, place_text
 from pianta.io.writers.wall_parts import find_walls
 
 if TYPE_CHECKING:
@@ -124,7 +124,7 @@ def _draw_rings(space: Modelspace, polygon: Polygon, layer: str) -> None:
 def _draw_stamp(space: Modelspace, room: Room, storey: Storey, layer: str) -> bool:
     """The stamp of a room; whether its name was changed for it."""
     x, y, radius = place_text(room)
-    number, name = split_number(room.name)
+    number, name = number_and_name(room)
     height = float(np.clip(radius * LETTERS_SHARE, MIN_LETTERS, MAX_LETTERS))
     values = {
         "NUMBER": number or str(room.id),

@@ -88,7 +88,7 @@ def _add_storey(world: Element, storey: Storey, number: int, height: float) -> l
         x, y, _ = place_text(room)
         frame = _add(model, "frame", name=f"room_{room.id}")
         _add(frame, "pose", _join(x, y, 0, 0, 0, 0))
-        texts = {"name": room.name, "label": room.label, "storey": title_storey(storey)}
+        texts = {"name": room.title, "label": room.label, "storey": title_storey(storey)}
         rooms.append({"frame": f"{name}::room_{room.id}", "room": room.id, **texts, "x": x, "y": y, "z": height})
     walls, link = find_walls(floor), _add(model, "link", name="walls")
     for index, part in enumerate(walls.solid, start=1):

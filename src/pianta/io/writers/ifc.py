@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -15,10 +16,10 @@ from shapely import Polygon, box
 
 from pianta._types import Floats
 from pianta.building import Building, Storey
-from pianta.floor import Door, Room
+from pianta.floor import BALCONY_FLAG, OUTSIDE_FLAG, Door, Room
 from pianta.io._files import count_noun
 from pianta.io.writers._formats import WriteOptions
-from pianta.io.writers.room_texts import split_number, title_storey
+from pianta.io.writers.room_texts import number_and_name, title_storey
 from pianta.io.writers.storey_heights import list_elevations
 from pianta.io.writers.wall_parts import DOOR_HEIGHT, WALL_HEIGHT, WallPart, door_depth, find_walls
 
@@ -29,7 +30,7 @@ SCHEMA = "IFC4"
 PRECISION = 1e-5  # metres, of geometry; the value that BIM programs write
 LEAF_THICKNESS = 0.04  # metres, of a usual door
 FURNITURE_HEIGHT = 0.75  # metres, of a table
-OPENING_TYPE = "OPENING"
+GLOBAL_ID = re.compile(r"[0-3][0-9A-Za-z_$]{21}")  # 128 bits in base 64, ISO 16739
 
 
 def write_ifc(building: Building, target: Path, _: WriteOptions) -> list[str]:
@@ -55,28 +56,41 @@ def write_ifc(building: Building, target: Path, _: WriteOptions) -> list[str]:
         zone = model.add("IfcZone", f"link {link}", Name=link.kind, ObjectType=link.kind.upper())
         model.relate("IfcRelAssignsToGroup", RelatedObjects=[spaces[end] for end in link.ends], RelatingGroup=zone)
     model.file.write(str(target))
-    openings = sum(door.kind == "opening" for storey in building for door in storey.floor.doors)
-    if openings:
-        notes.append(
-            f"{count_noun(openings, 'opening')} without a door are doors of the type {OPENING_TYPE}, to join rooms"
-        )
+    if model.refused:
+        notes.append(f"{count_noun(model.refused, 'identifier')} that no IFC can have, or that occur twice, are new")
     return notes
 
 
 @dataclass
 class _Model:
-    """A model in an IFC file, with numbers for its relations."""
+    """A model in an IFC file, with numbers for its relations.
+
+    identifiers: identifiers from another file that are in use. refused: how many could not be kept.
+    """
 
     file: file
     name: str
     relations: int = 0
-    names: dict[str, int] = field(default_factory=dict)
+    identifiers: set[str] = field(default_factory=set)
+    refused: int = 0
 
-    def add(self, entity: str, key: str, **values: Any) -> entity_instance:  # noqa: ANN401  # values of IFC
-        """An entity with an identifier, which a key makes unlike all other ones."""
+    def add(
+        self,
+        entity: str,
+        key: str,
+        *,
+        global_id: str | None = None,
+        **values: Any,  # noqa: ANN401  # values of IFC
+    ) -> entity_instance:
+        """An entity with its known identifier, or one which a key makes unlike all other ones."""
         import ifcopenshell.guid
 
         identifier = ifcopenshell.guid.compress(uuid5(NAMESPACE_URL, f"pianta/{self.name}/{key}").hex)
+        if global_id is not None and GLOBAL_ID.fullmatch(global_id) and global_id not in self.identifiers:
+            identifier = global_id
+            self.identifiers.add(global_id)
+        else:
+            self.refused += global_id is not None
         return self.file.create_entity(entity, GlobalId=identifier, **values)
 
     def relate(self, entity: str, **values: Any) -> entity_instance:  # noqa: ANN401  # values of IFC
@@ -149,7 +163,9 @@ def _add_storey(model: _Model, storey: Storey, height: float) -> tuple[entity_in
     """A storey with its spaces by the ids of rooms."""
     frame, floor, key = model.locate(None, (0, 0, height)), storey.floor, f"storey {storey.name}"
     title = title_storey(storey) or "Storey"
-    added = model.add("IfcBuildingStorey", key, Name=title, ObjectPlacement=frame, Elevation=height)
+    added = model.add(
+        "IfcBuildingStorey", key, global_id=floor.global_id, Name=title, ObjectPlacement=frame, Elevation=height
+    )
     spaces = {room.id: _add_space(model, room, frame, key) for room in floor}
     if spaces:
         model.relate("IfcRelAggregates", RelatingObject=added, RelatedObjects=[*spaces.values()])
@@ -163,8 +179,8 @@ def _add_storey(model: _Model, storey: Storey, height: float) -> tuple[entity_in
         for number, (door, host) in enumerate(zip(floor.doors, hosts, strict=True), start=1)
     ]
     for door, entity in zip(floor.doors, doors, strict=True):
-        _bound(model, entity, door.room_ids, spaces)
-    elements += doors
+        _bound(model, entity, door.room_ids, spaces, is_outer=door.is_entrance, is_open=door.kind == "opening")
+    elements += [entity for door, entity in zip(floor.doors, doors, strict=True) if door.kind == "door"]
     for number, piece in enumerate(floor.furniture, start=1):
         placed = {
             "ObjectPlacement": model.locate(frame, (0, 0, 0)),
@@ -178,17 +194,18 @@ def _add_storey(model: _Model, storey: Storey, height: float) -> tuple[entity_in
 
 def _add_space(model: _Model, room: Room, frame: entity_instance, key: str) -> entity_instance:
     """The space of a room, with its number, name, label and base quantities."""
-    number, name = split_number(room.name)
+    number, name = number_and_name(room)
     space = model.add(
         "IfcSpace",
         f"{key} room {room.id}",
+        global_id=room.global_id,
         Name=number or str(room.id),
-        LongName=room.name if number is None else name or number,
+        LongName=name,
         ObjectType=room.label,
         ObjectPlacement=model.locate(frame, (0, 0, 0)),
         Representation=model.extrude(room.polygon, WALL_HEIGHT),
         CompositionType="ELEMENT",
-        PredefinedType="INTERNAL",
+        PredefinedType="EXTERNAL" if room.flag in {OUTSIDE_FLAG, BALCONY_FLAG} else "INTERNAL",
     )
     area, perimeter = room.polygon.area, room.polygon.exterior.length
     sizes = {"Height": WALL_HEIGHT, "NetFloorArea": area, "GrossFloorArea": area, "GrossPerimeter": perimeter}
@@ -221,7 +238,7 @@ def _add_wall(model: _Model, part: WallPart, number: int, frame: entity_instance
 
 
 def _add_door(model: _Model, door: Door, part: WallPart, wall: entity_instance, *, key: str) -> entity_instance:
-    """A door in an opening of its wall."""
+    """A door in an opening of its wall; an opening without a door is the opening itself."""
     along = np.sort((shapely.get_coordinates(door.line)[[0, -1]] - part.ends[0]) @ part.direction)
     start, width = float(along[0]), float(along[1] - along[0]) or part.length
     depth, number = door_depth(part), key.rpartition(" ")[2]
@@ -235,31 +252,41 @@ def _add_door(model: _Model, door: Door, part: WallPart, wall: entity_instance, 
         PredefinedType="OPENING",
     )
     model.relate("IfcRelVoidsElement", RelatingBuildingElement=wall, RelatedOpeningElement=opening)
-    is_door = door.kind == "door"
+    if door.kind == "opening":
+        return opening
     leaf = box(0, -LEAF_THICKNESS / 2, width, LEAF_THICKNESS / 2)
     added = model.add(
         "IfcDoor",
         key,
+        global_id=door.global_id,
         Name=f"Door {number}",
-        ObjectType=None if is_door else OPENING_TYPE,
         ObjectPlacement=model.locate(frame, (0, 0, 0)),
-        Representation=model.extrude(leaf, DOOR_HEIGHT) if is_door else None,
+        Representation=model.extrude(leaf, DOOR_HEIGHT),
         OverallHeight=DOOR_HEIGHT,
         OverallWidth=door.width or width,
-        PredefinedType="DOOR" if is_door else "USERDEFINED",
+        PredefinedType="DOOR",
         OperationType="NOTDEFINED",
     )
     model.relate("IfcRelFillsElement", RelatingOpeningElement=opening, RelatedBuildingElement=added)
     return added
 
 
-def _bound(model: _Model, element: entity_instance, rooms: Sequence[int], spaces: dict[int, entity_instance]) -> None:
+def _bound(
+    model: _Model,
+    element: entity_instance,
+    rooms: Sequence[int],
+    spaces: dict[int, entity_instance],
+    *,
+    is_outer: bool | None = None,
+    is_open: bool = False,
+) -> None:
     """The boundaries of the spaces on the sides of an element."""
+    outer = len(rooms) == 1 if is_outer is None else is_outer
     for room in rooms:
         model.relate(
             "IfcRelSpaceBoundary",
             RelatingSpace=spaces[room],
             RelatedBuildingElement=element,
-            PhysicalOrVirtualBoundary="PHYSICAL",
-            InternalOrExternalBoundary="INTERNAL" if len(rooms) > 1 else "EXTERNAL",
+            PhysicalOrVirtualBoundary="VIRTUAL" if is_open else "PHYSICAL",
+            InternalOrExternalBoundary="EXTERNAL" if outer else "INTERNAL",
         )

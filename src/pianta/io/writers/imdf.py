@@ -170,7 +170,7 @@ class _Archive:
         unknown: Feature = dict.fromkeys(("restriction", "accessibility", "alt_name"))
         return unknown | {
             "category": find_imdf_category(room),
-            "name": _translate(room.name) if room.name else None,
+            "name": _translate(room.title) if room.title else None,
             "level_id": str(self._identify("level", storey.name)),
             "display_point": self._locate(room.polygon),
         }

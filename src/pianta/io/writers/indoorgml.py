@@ -117,7 +117,7 @@ def _measure(path: list[XYZ]) -> float:
 
 def _add_cell(parent: Element, graph: _Graph, storey: Storey, room: Room) -> None:
     state = graph.name(storey, room.id)
-    cell = _sub_feature(parent, "CellSpace", f"C{state[1:]}", room.name or f"Room {room.id}", _describe(storey, room))
+    cell = _sub_feature(parent, "CellSpace", f"C{state[1:]}", room.title or f"Room {room.id}", _describe(storey, room))
     surface = _sub(_sub(cell, "cellSpaceGeometry"), "Geometry2D")
     _add_polygon(surface, f"G{state[1:]}", room.polygon, storey.elevation or 0.0)
     cell.append(_reference("duality", state))
@@ -134,7 +134,7 @@ def _describe(storey: Storey, room: Room) -> str:
 
 def _add_state(parent: Element, graph: _Graph, storey: Storey, room: Room) -> None:
     name = graph.name(storey, room.id)
-    state = _sub_feature(parent, "State", name, room.name or f"Room {room.id}")
+    state = _sub_feature(parent, "State", name, room.title or f"Room {room.id}")
     state.append(_reference("duality", f"C{name[1:]}"))
     state.extend(graph.list_connects(name))
     point = _sub_gml(_sub(state, "geometry"), "Point", f"P{name[1:]}")

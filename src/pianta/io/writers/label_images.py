@@ -36,7 +36,7 @@ def write_label_images(building: Building, target: Path, _: WriteOptions) -> lis
         writer = csv.writer(file)
         writer.writerow(COLUMNS)
         for storey, room in building.list_rooms():
-            writer.writerow([storey.name, room.id, *color_room(room.id), room.name, room.label])
+            writer.writerow([storey.name, room.id, *color_room(room.id), room.title, room.label])
     return notes
 
 

@@ -32,7 +32,10 @@ TYPES = {
     "elevation": "float64",
     "room": "int64",
     "other_room": "Int64",
+    "number": "string",
     "name": "string",
+    "flag": "string",
+    "global_id": "string",
     "label": "string",
     "label_probability": "float64",
     "probability": "float64",
@@ -43,9 +46,21 @@ TYPES = {
     "kind": "string",
 }
 STOREY = ("storey", "level", "elevation")
-DOOR = ("room", "other_room", "width", "kind", "probability")
+DOOR = ("room", "other_room", "width", "kind", "probability", "global_id")
 COLUMNS = {
-    "rooms": (*STOREY, "room", "name", "label", "label_probability", "probability", "partial", "area"),
+    "rooms": (
+        *STOREY,
+        "room",
+        "number",
+        "name",
+        "label",
+        "label_probability",
+        "probability",
+        "partial",
+        "area",
+        "flag",
+        "global_id",
+    ),
     "doors": (*STOREY, *DOOR),
     "walls": STOREY,
     "furniture": (*STOREY, "area", "probability"),
@@ -162,7 +177,8 @@ def _round(shape: Shape, digits: int) -> Shape:
 def _list_rooms(storey: Storey) -> Iterator[tuple[tuple[Any, ...], Shape]]:
     for room in storey.floor:
         certainty = room.label_probability, room.probability, room.partial
-        yield (room.id, room.name, room.label, *certainty, _measure(room)), room.polygon
+        row = room.id, room.number, room.name, room.label, *certainty, _measure(room), room.flag, room.global_id
+        yield row, room.polygon
 
 
 def _list_doors(storey: Storey) -> Iterator[tuple[tuple[Any, ...], Shape]]:
@@ -192,7 +208,7 @@ def _list_predicted(storey: Storey) -> Iterator[tuple[tuple[Any, ...], Shape]]:
 
 
 def _describe_door(door: Door) -> tuple[Any, ...]:
-    return *door.rooms, round(door.width, METRE_DIGITS), door.kind, door.probability
+    return *door.rooms, round(door.width, METRE_DIGITS), door.kind, door.probability, door.global_id
 
 
 def _measure(part: Room | Furniture) -> float:

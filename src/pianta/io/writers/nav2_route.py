@@ -58,7 +58,7 @@ def list_route_gaps(floor: Floor, graph: nx.DiGraph) -> list[str]:
     """Lines about the rooms in which the robot fits nowhere, and those whose doors it cannot pass."""
     outside = [room.id for room in floor if room.id not in graph]
     parts = {node: index for index, part in enumerate(nx.weakly_connected_components(graph)) for node in part}
-    pairs = sorted({door.rooms for door in floor.doors if not door.is_entrance})
+    pairs = sorted({door.rooms for door in floor.doors if door.joins_rooms})
     shut = [(a, b) for a, b in pairs if a in parts and b in parts and parts[a] != parts[b]]
     notes = [f"the robot fits nowhere in rooms {_list_some(outside)}"] if outside else []
     return notes + ([f"the robot passes no door between rooms {_list_some(shut)}"] if shut else [])

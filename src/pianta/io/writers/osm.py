@@ -14,7 +14,7 @@ from pianta.io.writers._formats import WriteOptions
 from pianta.io.writers.doorways import place_points, reach_doors
 from pianta.io.writers.layers import note_links
 from pianta.io.writers.osm_files import OsmFile
-from pianta.io.writers.room_texts import split_number
+from pianta.io.writers.room_texts import number_and_name
 from pianta.io.writers.room_uses import find_osm_use, is_corridor
 from pianta.io.writers.storey_levels import number_storeys
 
@@ -65,7 +65,7 @@ def _add_room(file: OsmFile, polygon: Polygon, tags: Mapping[str, str], level: i
 
 
 def _tag_room(room: Room, level: int) -> dict[str, str]:
-    number, name = split_number(room.name)
+    number, name = number_and_name(room)
     use = find_osm_use(room)
     tags = {"indoor": "corridor" if is_corridor(room) else "room", "level": str(level)}
     tags |= {"ref": number} if number else {}

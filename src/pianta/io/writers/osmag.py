@@ -76,7 +76,7 @@ def _choose_names(building: Building) -> tuple[dict[tuple[str, int], str], int]:
     changed = 0
     for storey in building:
         wanted = [(0, storey.title or storey.name or building.name or "building")]
-        wanted += [(room.id, room.name or f"room {room.id}") for room in storey.floor]
+        wanted += [(room.id, room.title or f"room {room.id}") for room in storey.floor]
         for room_id, name in wanted:
             free = name
             number = 2

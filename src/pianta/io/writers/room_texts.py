@@ -20,6 +20,13 @@ def split_number(name: str | None) -> tuple[str | None, str | None]:
     return number, rest or None
 
 
+def number_and_name(room: Room) -> tuple[str | None, str | None]:
+    """The number and the name of a room, from its name if the number stands there; None for what it does not have."""
+    if room.number is None:
+        return split_number(room.name)
+    return room.number, None if room.name == room.number else room.name
+
+
 def place_text(room: Room) -> tuple[float, float, float]:
     """Where the text of a room is: x and y of the middle of its largest circle, and the radius of that; metres."""
     circle = shapely.maximum_inscribed_circle(room.polygon, TEXT_TOLERANCE)

@@ -118,7 +118,7 @@ def _describe_room(room: Room, storey: Storey, height: float) -> dict[str, Any]:
     probabilities = sets[-1] if sets else {room.label: 1.0} if room.label else {}
     rings = (room.polygon.exterior, *room.polygon.interiors)
     return {
-        **_describe("RoomNodeAttributes", room.name or f"Room {room.id}", (x, y, height), box),
+        **_describe("RoomNodeAttributes", room.title or f"Room {room.id}", (x, y, height), box),
         "semantic_class_probabilities": dict(probabilities),
         "metadata": {
             "room": room.id,

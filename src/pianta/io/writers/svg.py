@@ -99,7 +99,7 @@ def _draw_storey(root: Element, storey: Storey, prefix: str, left_top: Floats, *
     for room in floor:
         tint = {"fill": tints[room.id]} if room.id in tints else {}
         path = _add_area(groups["rooms"], room.polygon, left_top, {"id": f"{prefix}room-{room.id}", **tint})
-        SubElement(path, "title").text = ", ".join(filter(None, (room.name or f"Room {room.id}", room.label)))
+        SubElement(path, "title").text = ", ".join(filter(None, (room.title or f"Room {room.id}", room.label)))
         _add_name(groups["names"], room, left_top)
     for area in walls:
         _add_area(groups["walls"], area, left_top, {})
@@ -133,7 +133,7 @@ def _add_area(group: Element, area: Polygon, left_top: Floats, attributes: dict[
 def _add_name(group: Element, room: Room, left_top: Floats) -> None:
     """The name, or else the id, with the area below it."""
     x, y, radius = place_text(room)
-    name = room.name or str(room.id)
+    name = room.title or str(room.id)
     size = min(MAX_LETTERS, radius * LETTERS_SHARE, 3 * radius / max(len(name), 1))
     ((x, y),) = _flip(np.array([[x, y]]), left_top)
     for text, line, scale in ((name, 0.0, 1.0), (f"{room.polygon.area:.1f} m²", 1.1, 0.7)):

@@ -102,7 +102,7 @@ def _make_wall(part: WallPart, name: str, level: str) -> Element:
 def _list_rooms(storey: Storey, level: str) -> list[Element]:
     rooms = []
     for room in storey.floor:
-        name = room.name or room.label or f"Room {room.id}"
+        name = room.title or room.label or f"Room {room.id}"
         values = {"id": f"{level}-room{room.id}", "level": level, "name": name, "areaVisible": "true"}
         rooms.append(Element("room", values))
         for x, y in _open_holes(room.polygon):

@@ -12,10 +12,23 @@ from pianta.building import Building, Storey
 from pianta.floor import Room
 from pianta.io._files import count_noun, short_repr
 from pianta.io.writers._formats import WriteOptions
-from pianta.io.writers.room_texts import split_number
+from pianta.io.writers.room_texts import number_and_name
 
 ROOM_COLUMNS = (
-    *("storey", "id", "number", "name", "label", "probability", "area_m2", "perimeter_m", "doors", "neighbours"),
+    *(
+        "storey",
+        "id",
+        "number",
+        "name",
+        "label",
+        "probability",
+        "area_m2",
+        "perimeter_m",
+        "doors",
+        "neighbours",
+        "flag",
+        "global_id",
+    ),
 )
 DOOR_COLUMNS = ("storey", "room", "other_room", "kind", "width_m", "x", "y")
 TOTAL_COLUMNS = ("storey", "label", "rooms", "area_m2")
@@ -85,13 +98,13 @@ def list_totals(building: Building) -> Iterator[Row]:
 def _describe_room(storey: Storey, room: Room) -> Row:
     doors = [door for door in storey.floor.doors if room.id in door.room_ids]
     neighbours = sorted({other for door in doors for other in door.room_ids} - {room.id})
-    number, name = split_number(room.name)
+    number, name = number_and_name(room)
     probability = room.label_probability
     return [
         *(storey.name, room.id, number, name, room.label),
         None if probability is None else round(probability, DIGITS),
         *(round(size, DIGITS) for size in (room.polygon.area, room.polygon.length)),
-        *(len(doors), " ".join(map(str, neighbours))),
+        *(len(doors), " ".join(map(str, neighbours)), room.flag, room.global_id),
     ]
 
 

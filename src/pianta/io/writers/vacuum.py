@@ -200,7 +200,7 @@ def _measure_extent(values: NDArray[np.int64]) -> dict[str, int]:
 def _describe_segment(room: Room, sheet: _Sheet) -> dict[str, Any]:
     """The id, and the name that people gave the room here, or in the robot; else what it is for."""
     number = sheet.numbers[room.id]
-    name = room.name or sheet.names.get(number) or room.label
+    name = room.title or sheet.names.get(number) or room.label
     return {"segmentId": number, "active": False, **({"name": name} if name else {})}
 
 
@@ -208,13 +208,13 @@ def _describe_selection(room: Room, number: str) -> dict[str, Any]:
     """A room of the card: centimetres, y down."""
     inside = room.polygon.representative_point()
     x, y = _to_valetudo([(inside.x, inside.y)])[0]
-    words = f"{room.label or ''} {room.name or ''}".upper()
+    words = f"{room.label or ''} {room.title or ''}".upper()
     icon = next((icon for word, icon in ICONS.items() if word in words), DEFAULT_ICON)
     outline = room.polygon.exterior.simplify(TOLERANCE).coords[:-1]
     return {
         "id": number,
         "outline": _to_valetudo(outline),
-        "label": {"text": room.name or room.label or f"Room {number}", "x": x, "y": y, "offset_y": LABEL_OFFSET},
+        "label": {"text": room.title or room.label or f"Room {number}", "x": x, "y": y, "offset_y": LABEL_OFFSET},
         "icon": {"name": icon, "x": x, "y": y},
     }
 

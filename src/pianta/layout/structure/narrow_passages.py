@@ -118,7 +118,7 @@ def choose_narrow_doors(doors: Sequence[Door], narrow: Iterable[Door], rooms: It
     """
     graph = nx.Graph()
     graph.add_nodes_from(rooms)
-    graph.add_edges_from(door.rooms for door in doors if not door.is_entrance)
+    graph.add_edges_from(door.rooms for door in doors if door.joins_rooms)
     reached = nx.utils.UnionFind(graph)
     for component in nx.connected_components(graph):
         reached.union(*component)

@@ -76,7 +76,7 @@ def widen_doors(floor: Floor) -> Floor:
 
 def _widen_door(door: Door, polygons: dict[int, Polygon]) -> Door | None:
     """The door with DOUBLE_WIDTH; None if a wall ends too near."""
-    if door.is_entrance or not door.line.length:
+    if not door.joins_rooms or not door.line.length:
         return None
     middle, along, across = _frame_of_line(door.line)
     needed = along * (DOUBLE_WIDTH / 2 + WALL_BESIDE_DOOR)
