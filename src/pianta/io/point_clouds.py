@@ -22,6 +22,7 @@ MAX_LINE_BYTES = 10_000
 MAX_FIELDS = 1000
 MAX_PACKED_BYTES = 2**29  # of a binary_compressed PCD, which is unpacked as a whole
 _PCD_KINDS = {"F": "f", "I": "i", "U": "u"}
+_PCD_ENCODINGS = {"ascii": "ascii", "binary": "<", "binary_compressed": "packed"}
 _PLY_KINDS = {
     "char": "i1",
     "uchar": "u1",
@@ -103,6 +104,10 @@ class PointFile:
         sizes = file.read(8)
         packed, unpacked = (int.from_bytes(sizes[at : at + 4], "little") for at in (0, 4))
         check_byte_count(unpacked, MapError, max_bytes=MAX_PACKED_BYTES)
+        expected = self.count * sum(np.dtype(dtype_name).itemsize * count for _, dtype_name, count in self.fields)
+        if unpacked != expected:
+            name = short_repr(self.path)
+            raise MapError(f"map {name} has {unpacked} bytes of points and not {expected}, copy it again")
         content = unpack_lzf(file.read(packed), unpacked)
         columns, at = {}, 0
         for name, dtype_name, count in self.fields:
@@ -152,14 +157,18 @@ def parse_pcd_header(read_line: Callable[[], str]) -> Header:
             break
     names, sizes, kinds = keys["FIELDS"], keys["SIZE"], keys["TYPE"]
     counts = keys.get("COUNT", ["1"] * len(names))
+    if not len(names) == len(sizes) == len(kinds) == len(counts):
+        raise ValueError("FIELDS, SIZE, TYPE and COUNT are not of one length, give a value for each field")
     fields = [
         (name, f"{_PCD_KINDS[dtype_name.upper()]}{int(size)}", int(count))
         for name, size, dtype_name, count in zip(names, sizes, kinds, counts, strict=True)
     ]
-    encoding = {"ascii": "ascii", "binary": "<", "binary_compressed": "packed"}[keys["DATA"][0].lower()]
+    data = " ".join(keys["DATA"]).lower()
+    if data not in _PCD_ENCODINGS:
+        raise ValueError(f"DATA is {short_repr(data)}, give {', '.join(_PCD_ENCODINGS)}")
     points = keys["POINTS"] if "POINTS" in keys else [str(int(keys["WIDTH"][0]) * int(keys["HEIGHT"][0]))]
     # PCL writes "_" for bytes without a meaning, several times
-    return encoding, int(points[0]), _check_fields(fields)
+    return _PCD_ENCODINGS[data], int(points[0]), _check_fields(fields)
 
 
 def parse_ply_header(read_line: Callable[[], str]) -> Header:
@@ -171,6 +180,8 @@ def parse_ply_header(read_line: Callable[[], str]) -> Header:
         words = read_line().split()
         match words:
             case ["format", name, _]:
+                if name not in _PLY_ENCODINGS:
+                    raise ValueError(f"format is {short_repr(name)}, give {', '.join(_PLY_ENCODINGS)}")
                 encoding = _PLY_ENCODINGS[name]
             case ["element", "vertex", number]:
                 if element:
@@ -189,8 +200,11 @@ def parse_ply_header(read_line: Callable[[], str]) -> Header:
 
 def _check_fields(fields: list[tuple[str, str, int]]) -> list[tuple[str, str, int]]:
     """The fields, repeated names with their indices; raises ValueError for impossible ones."""
-    if len(fields) > MAX_FIELDS or any(not 1 <= count <= MAX_FIELDS for _, _, count in fields):
-        raise ValueError(f"it has more than {MAX_FIELDS} fields")
+    if len(fields) > MAX_FIELDS:
+        raise ValueError(f"it has {len(fields)} fields, the limit is {MAX_FIELDS}")
+    for name, _, count in fields:
+        if not 1 <= count <= MAX_FIELDS:
+            raise ValueError(f"field {short_repr(name)} has {count} values, give 1 to {MAX_FIELDS}")
     for _, dtype_name, _ in fields:
         try:
             np.dtype(dtype_name)
