@@ -192,7 +192,7 @@ def test_damaged_lzf(packed):
         ("SIZE 4 4 4\nTYPE F F F\nPOINTS 1\nDATA zip", "DATA is 'zip', give ascii, binary, binary_compressed"),
     ],
 )
-def test_headers_that_cannot_be_say_what_is_wrong(tmp_path, header, message):
+def test_wrong_headers_are_refused_with_the_reason(tmp_path, header, message):
     path = tmp_path / "scan.pcd"
     path.write_text(f"VERSION 0.7\nFIELDS x y z\n{header}\n0 0 0\n")
     with pytest.raises(MapError, match=message):

@@ -3,11 +3,11 @@
 import json
 import os
 from pathlib import Path
-from xml.etree import ElementTree
 
 import numpy as np
 import pytest
 import shapely
+from defusedxml import ElementTree
 from shapely import LineString, Polygon, box
 
 import pianta
@@ -34,7 +34,7 @@ def test_a_sound_floor_stays_as_it_is():
     assert keep(floor) == (floor, [])
 
 
-def test_a_door_without_length_lies_along_the_nearest_side():
+def test_a_door_without_length_is_put_along_the_nearest_side():
     door = pianta.Door((1, 2), LineString([(4.1, 1), (4.1, 1)]), 0.8)
     floor, notes = keep(pianta.Floor(ROOMS, (door,)))
     assert shapely.get_coordinates(floor.doors[0].line).ravel() == pytest.approx([4.1, 0.6, 4.1, 1.4])
@@ -56,8 +56,13 @@ def test_parts_without_size_are_left_out_and_named():
         walls=(LineString([(0, 0), (0, 0)]), LineString([(0, 0), (1, 0)])),
         furniture=(pianta.Furniture(box(1, 1, 1 + 1e-9, 2)),),
     )
-    kept, notes = keep(floor)
-    assert ([room.id for room in kept], kept.doors, len(kept.walls), kept.furniture) == ([1, 2], (DOOR,), 1, ())
+    written, notes = keep(floor)
+    assert ([room.id for room in written], written.doors, len(written.walls), written.furniture) == (
+        [1, 2],
+        (DOOR,),
+        1,
+        (),
+    )
     assert notes == [
         "1 room (3) without area left out, with doors",
         "1 piece of furniture without area left out",
@@ -69,8 +74,8 @@ def test_links_to_rooms_without_area_are_left_out():
     sliver = pianta.Room(1, Polygon([(0, 0), (1, 1e-9), (1, 0)]))
     storeys = (pianta.Storey(pianta.Floor(ROOMS), "ground"), pianta.Storey(pianta.Floor((sliver,)), "first"))
     link = pianta.Link("stairs", (("ground", 1), ("first", 1)))
-    kept, notes = keep_writable(pianta.Building(storeys, "House", (link,)))
-    assert kept.links == ()
+    written, notes = keep_writable(pianta.Building(storeys, "House", (link,)))
+    assert written.links == ()
     assert notes == [
         "storey first: 1 room (1) without area left out, with doors",
         "1 link to rooms without area left out",
@@ -88,8 +93,8 @@ def test_labels_are_cleaned():
 
 def test_names_of_buildings_and_storeys_are_cleaned():
     building = pianta.Building((pianta.Storey(pianta.Floor(ROOMS), title="a\nb"),), "c\x00d")
-    kept, notes = keep_writable(building)
-    assert (kept.name, kept.storeys[0].title) == ("c d", "a b")
+    written, notes = keep_writable(building)
+    assert (written.name, written.storeys[0].title) == ("c d", "a b")
     assert len(notes) == 1
 
 
@@ -127,15 +132,20 @@ def hostile_folder(folder: Path) -> Path:
     features += [
         {
             "type": "Feature",
-            "properties": {"class": "door", "rooms": [1, 2], "width": 1e9, "kind": kind},
+            "properties": {"class": "door", "rooms": [1, 2], "width": 1e9, "kind": door_kind},
             "geometry": {"type": "LineString", "coordinates": line},
         }
-        for kind in ("door", "opening")
+        for door_kind in ("door", "opening")
         for line in ([[4.1, 1], [4.1, 1]], [[4.1, 1], [5, 1], [4.1, 1]], [[4.1, 1], [4.1, 1.00001]])
     ]
     content = {
-        **{"type": "FeatureCollection", "format": "pianta floor", "version": "2.5", "frame": "map"},
-        **{"units": "metres", "crs": {"type": "name", "properties": {"name": LOCAL_CRS}}, "features": features},
+        "type": "FeatureCollection",
+        "format": "pianta floor",
+        "version": "2.5",
+        "frame": "map",
+        "units": "metres",
+        "crs": {"type": "name", "properties": {"name": LOCAL_CRS}},
+        "features": features,
     }
     folder.mkdir()
     (folder / "floor.geojson").write_text(json.dumps(content), encoding="utf-8")

@@ -27,14 +27,15 @@ def check_metadata(file: Path) -> None:
 def limit_unpacking() -> None:
     """Let rosbags unpack chunks up to MAX_CHUNK_BYTES; it raises ValueError for larger ones.
 
-    rosbags has no such limit, and finds its functions in tables by the name of the compression.
+    rosbags has no limit itself, and finds its functions in tables by the name of the compression.
     """
-    from lz4.frame import LZ4FrameDecompressor
+    from lz4.frame import LZ4FrameDecompressor  # type: ignore[import-untyped]
     from rosbags.rosbag1 import reader as reader1
     from rosbags.rosbag2 import storage_mcap
 
     reader1.decompressors.update(bz2=_limit(BZ2Decompressor), lz4=_limit(LZ4FrameDecompressor))
-    storage_mcap.DECOMPRESSORS.update(lz4=_limit(LZ4FrameDecompressor), zstd=_limit(storage_mcap.zstd.ZstdDecompressor))
+    zstd: Any = storage_mcap.__dict__["zstd"]  # of Python 3.14, or of a package
+    storage_mcap.DECOMPRESSORS.update(lz4=_limit(LZ4FrameDecompressor), zstd=_limit(zstd.ZstdDecompressor))
 
 
 def _limit(make_decompressor: Callable[[], Any]) -> Callable[..., bytes]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
@@ -163,12 +163,10 @@ def parse_pcd_header(read_line: Callable[[], str]) -> Header:
         (name, f"{_PCD_KINDS[dtype_name.upper()]}{int(size)}", int(count))
         for name, size, dtype_name, count in zip(names, sizes, kinds, counts, strict=True)
     ]
-    data = " ".join(keys["DATA"]).lower()
-    if data not in _PCD_ENCODINGS:
-        raise ValueError(f"DATA is {short_repr(data)}, give {', '.join(_PCD_ENCODINGS)}")
+    encoding = _choose_encoding("DATA", " ".join(keys["DATA"]).lower(), _PCD_ENCODINGS)
     points = keys["POINTS"] if "POINTS" in keys else [str(int(keys["WIDTH"][0]) * int(keys["HEIGHT"][0]))]
     # PCL writes "_" for bytes without a meaning, several times
-    return _PCD_ENCODINGS[data], int(points[0]), _check_fields(fields)
+    return encoding, int(points[0]), _check_fields(fields)
 
 
 def parse_ply_header(read_line: Callable[[], str]) -> Header:
@@ -180,9 +178,7 @@ def parse_ply_header(read_line: Callable[[], str]) -> Header:
         words = read_line().split()
         match words:
             case ["format", name, _]:
-                if name not in _PLY_ENCODINGS:
-                    raise ValueError(f"format is {short_repr(name)}, give {', '.join(_PLY_ENCODINGS)}")
-                encoding = _PLY_ENCODINGS[name]
+                encoding = _choose_encoding("format", name, _PLY_ENCODINGS)
             case ["element", "vertex", number]:
                 if element:
                     raise ValueError(f"its points come after the element {element}, write them first")
@@ -196,6 +192,13 @@ def parse_ply_header(read_line: Callable[[], str]) -> Header:
             case ["end_header"]:
                 return encoding, count, _check_fields(fields)
     raise ValueError("its header has no end")
+
+
+def _choose_encoding(key: str, name: str, encodings: Mapping[str, str]) -> str:
+    """The encoding of a name in a header; raises ValueError for another name."""
+    if name not in encodings:
+        raise ValueError(f"{key} is {short_repr(name)}, give {', '.join(encodings)}")
+    return encodings[name]
 
 
 def _check_fields(fields: list[tuple[str, str, int]]) -> list[tuple[str, str, int]]:

@@ -72,7 +72,7 @@ def node_id(category: str, index: int) -> int:
 def _choose_step(building: Building) -> int:
     """Between the numbers of one room id on two storeys: STOREY_STEP, or a power of ten above all ids."""
     highest = max((room.id for _, room in building.list_rooms()), default=0)
-    return max(STOREY_STEP, 10 ** len(str(highest)))
+    return max(STOREY_STEP, int(10 ** len(str(highest))))
 
 
 def _list_notes(building: Building) -> list[str]:

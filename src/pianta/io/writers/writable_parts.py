@@ -57,9 +57,9 @@ def _keep_storey(storey: Storey, notes: list[str]) -> Storey:
     """The storey with what can be written; adds to the notes."""
     floor = storey.floor
     rooms = tuple(_clean_room(room) for room in floor if _has_area(room.polygon))
-    kept = {room.id for room in rooms}
+    kept_ids = {room.id for room in rooms}
     doors, possible_doors = (
-        tuple(_lengthen(door, floor) for door in each if kept.issuperset(door.room_ids))
+        tuple(_lengthen(door, floor) for door in each if kept_ids.issuperset(door.room_ids))
         for each in (floor.doors, floor.possible_doors)
     )
     furniture = tuple(piece for piece in floor.furniture if _has_area(piece.polygon))
@@ -73,9 +73,9 @@ def _keep_storey(storey: Storey, notes: list[str]) -> Storey:
 def _list_changes(
     floor: Floor, rooms: tuple[Room, ...], furniture: tuple[object, ...], walls: tuple[LineString, ...]
 ) -> list[str]:
-    kept = {room.id for room in rooms}
-    dropped = [room.id for room in floor if room.id not in kept]
-    short = sum(_is_short(door) for door in (*floor.doors, *floor.possible_doors) if kept.issuperset(door.room_ids))
+    kept_ids = {room.id for room in rooms}
+    dropped = [room.id for room in floor if room.id not in kept_ids]
+    short = sum(_is_short(door) for door in (*floor.doors, *floor.possible_doors) if kept_ids.issuperset(door.room_ids))
     pieces, lines = len(floor.furniture) - len(furniture), len(floor.walls) - len(walls)
     texts = sum(room.label != floor[room.id].label for room in rooms)
     listed = ", ".join(map(str, dropped[:MAX_LISTED])) + (", …" if len(dropped) > MAX_LISTED else "")
