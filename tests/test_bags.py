@@ -1,5 +1,6 @@
 """Maps from rosbags, which rosbags itself has written."""
 
+import bz2
 from pathlib import Path
 from typing import Any
 
@@ -11,8 +12,12 @@ from pianta.errors import MapError, MapWarning, OptionError
 
 pytest.importorskip("rosbags")
 
+import lz4.frame  # type: ignore[import-untyped]
+from rosbags.rosbag1 import Writer as Writer1
 from rosbags.rosbag2 import Writer
 
+from pianta.gridmap import GridMap
+from pianta.io import _bag_limits
 from pianta.io.bags import UPDATE_TYPE, iterate_bag
 from tests.bag_files import GRID_TYPE, ROS1, ROS2, make_grid, make_grid_of_map, make_header, make_update, write_bag
 from tests.command_line import run_pianta
@@ -64,7 +69,11 @@ class TestMessages:
 
     def test_all_without_repetitions(self, tmp_path):
         path = write_grids(tmp_path, [[1]], [[1]], [[2, 2]], [[1]])
-        assert [grid.cells.tolist() for grid in iterate_bag(path)] == [[[1]], [[2, 2]], [[1]]]
+        assert [grid.cells.tolist() for grid in iterate_bag(path) if isinstance(grid, GridMap)] == [
+            [[1]],
+            [[2, 2]],
+            [[1]],
+        ]
 
     def test_a_number_beyond_the_last(self, tmp_path):
         path = write_grids(tmp_path, [[1]], [[2]])
@@ -251,3 +260,56 @@ def test_the_command_names_its_flag(tmp_path):
     result = run_pianta("read", write_bag(tmp_path / "run", messages), "-o", tmp_path / "out")
     assert (result.code, result.out) == (2, "")
     assert result.err.endswith("has 2 topics with maps, give --topic one of /a, /b\n")
+
+
+class TestLimits:
+    @pytest.mark.parametrize("compression", ["lz4", "zstd", "bz2"])
+    def test_a_chunk_that_unpacks_to_gigabytes_is_refused(self, monkeypatch, compression):
+        from rosbags.rosbag1.reader import decompressors
+        from rosbags.rosbag2 import storage_mcap
+
+        monkeypatch.setattr(_bag_limits, "MAX_CHUNK_BYTES", 1000)
+        _bag_limits.limit_unpacking()
+        zstd: Any = storage_mcap.__dict__["zstd"]
+        packers = {"lz4": lz4.frame.compress, "zstd": zstd.compress, "bz2": bz2.compress}
+        functions: Any = {**storage_mcap.DECOMPRESSORS, "bz2": decompressors["bz2"]}
+        unpack = functions[compression]
+        for size in (0, 1, 1000):
+            packed = packers[compression](bytes(size))
+            assert unpack(packed, size) == unpack(packed) == bytes(size)
+        with pytest.raises(ValueError, match=r"^a chunk unpacks to more than 1000 bytes$"):
+            unpack(packers[compression](bytes(1001)), 0)
+        with pytest.raises(ValueError, match=r"^a chunk is cut off$"):
+            unpack(packers[compression](bytes(range(200)))[:-5], 0)
+
+    def test_a_bag_with_such_a_chunk_is_refused(self, tmp_path, monkeypatch):
+        monkeypatch.setattr(_bag_limits, "MAX_CHUNK_BYTES", 1000)
+        path = tmp_path / "run.bag"
+        packed = Writer1(path)
+        packed.set_compression(Writer1.CompressionFormat.BZ2)
+        with packed as writer:
+            connection = writer.add_connection("/map", GRID_TYPE, typestore=ROS1)
+            writer.write(connection, 1, ROS1.serialize_ros1(make_grid(ROS1, np.zeros((100, 100))), GRID_TYPE))
+        with pytest.raises(MapError, match=r"is damaged or was cut off: .*a chunk unpacks to more than 1000 bytes"):
+            pianta.read_map(path)
+
+    def test_a_long_metadata_file_is_refused(self, tmp_path):
+        path = write_bag(tmp_path / "run", [("/map", GRID_TYPE, make_grid(ROS2, CELLS))])
+        with (path / "metadata.yaml").open("a") as file:
+            file.write("# " + "x" * _bag_limits.MAX_METADATA_BYTES)
+        with pytest.raises(MapError, match=r"metadata.yaml': it has \d+ bytes, the limit is .*\.mcap or \.db3 alone$"):
+            pianta.read_map(path)
+
+
+def test_maps_after_a_damaged_one_are_read(tmp_path):
+    grids = [make_grid(ROS2, [[1]]), make_grid(ROS2, [[2]], resolution=0.0), make_grid(ROS2, [[3]])]
+    path = write_bag(tmp_path / "run", [("/map", GRID_TYPE, grid) for grid in grids])
+    first, second, third = iterate_bag(path)
+    assert isinstance(first, GridMap)
+    assert isinstance(second, MapError)
+    assert isinstance(third, GridMap)
+    assert (first.cells.tolist(), third.cells.tolist()) == ([[1]], [[3]])
+    assert str(second).endswith("map 2: resolution is 0.0, give positive metres per cell")
+    outcome = run_pianta("read", path, "--message", "all", "-o", tmp_path / "out")
+    # The cells of the other two are all occupied
+    assert (outcome.code, outcome.err.count("error: ")) == (1, 3)

@@ -143,7 +143,7 @@ class TestFaults:
             ("ply\nformat ascii 1.0\nelement face 1\nelement vertex 1\n", "come after the element face"),
             ("ply\nformat ascii 1.0\nelement vertex 1\nproperty list uchar int x\n", "its points have lists"),
             ("ply\nformat ascii 1.0\nelement vertex 1\n" + "comment\n" * 2000, "its header has no end"),
-            ("ply\nformat text 1.0\n", "no 'text'"),
+            ("ply\nformat text 1.0\n", "format is 'text', give ascii, binary_little_endian"),
         ],
     )
     def test_headers(self, tmp_path, text, fault):
@@ -179,3 +179,29 @@ def test_lzf_with_references():
 def test_damaged_lzf(packed):
     with pytest.raises(MapError):
         unpack_lzf(packed, 3)
+
+
+@pytest.mark.parametrize(
+    ("header", "message"),
+    [
+        (
+            "SIZE 4 4\nTYPE F F F\nCOUNT 1 1 1\nPOINTS 1\nDATA ascii",
+            "FIELDS, SIZE, TYPE and COUNT are not of one length",
+        ),
+        ("SIZE 4 4 4\nTYPE F F F\nCOUNT 1 0 1\nPOINTS 1\nDATA ascii", "field 'y' has 0 values, give 1 to 1000"),
+        ("SIZE 4 4 4\nTYPE F F F\nPOINTS 1\nDATA zip", "DATA is 'zip', give ascii, binary, binary_compressed"),
+    ],
+)
+def test_wrong_headers_are_refused_with_the_reason(tmp_path, header, message):
+    path = tmp_path / "scan.pcd"
+    path.write_text(f"VERSION 0.7\nFIELDS x y z\n{header}\n0 0 0\n")
+    with pytest.raises(MapError, match=message):
+        pianta.read_map(path)
+
+
+def test_compressed_points_of_another_size_are_not_unpacked(tmp_path):
+    header = "VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nPOINTS 2\nDATA binary_compressed\n"
+    # Half a gigabyte, of which nothing follows
+    (tmp_path / "scan.pcd").write_bytes(header.encode() + struct.pack("<II", 0, 2**29))
+    with pytest.raises(MapError, match=r"has 536870912 bytes of points and not 24, copy it again$"):
+        pianta.read_map(tmp_path / "scan.pcd")

@@ -4,8 +4,9 @@ from math import hypot
 
 import numpy as np
 import pytest
-from shapely import LineString, Point
+from shapely import LineString, Point, box
 
+import pianta
 from pianta.errors import OptionError
 from pianta.io.georeference import WGS84, Georeference, fit_motion, read_georeference
 
@@ -114,3 +115,35 @@ def test_other_files_are_refused(file, text, message):
 def test_an_identity_in_degrees_is_left_as_it_is():
     georeference = Georeference(WGS84, (1, 0, 0, 0, 1, 0))
     assert georeference.to_wgs84(Point(9, 45)).coords[0] == pytest.approx((9, 45))
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("{latitude: 1, longitude: 1, map: [1e300, 0]}", r"map\[0\]: Input should be less than or equal to 100000000"),
+        ("{latitude: 1, longitude: 1, bearing: 1e300}", "bearing: Input should be less than or equal to 360"),
+        (
+            TURNED.replace("500000", "1e9"),
+            "world.*Input should be less than or equal to 100000000",
+        ),
+        # The map is mirrored
+        (
+            TURNED.replace("map: [0, 5]", "map: [0, -5]"),
+            "control points are missed by .*; check them: axes swapped, mirrored, mixed up",
+        ),
+    ],
+)
+def test_positions_off_the_earth_and_mirrored_points_are_refused(tmp_path, text, message):
+    pytest.importorskip("pyproj")
+    (tmp_path / "points.yaml").write_text(text)
+    with pytest.raises(OptionError, match=message):
+        read_georeference(tmp_path / "points.yaml")
+
+
+def test_a_map_outside_of_its_system_is_refused(tmp_path):
+    pytest.importorskip("pyproj")
+    far = Georeference("EPSG:32632", (1.0, 0.0, 1e9, 0.0, 1.0, 1e9))
+    floor = pianta.Floor((pianta.Room(1, box(0, 0, 4, 3)),))
+    with pytest.raises(OptionError, match=r"^the georeference puts the map outside of EPSG:32632, check its points"):
+        pianta.convert(floor, tmp_path / "floor.osm", to="osm", georeference=far)
+    assert [*tmp_path.iterdir()] == []

@@ -78,6 +78,11 @@ def test_storeys_are_sorted_by_elevations_that_are_all_known():
         (["a", "b:high"], "no height"),
         (["a", "../b"], "no name for a folder"),
         (["a", ".."], "no name for a folder"),
+        (["a", "\u202eb"], "can be printed"),
+        (["a", "é" * 101], "of up to 200 bytes"),
+        (["a", "b:nan"], "no height within"),
+        (["a", "b:inf"], "no height within"),
+        (["a", "b:1e300"], "no height within"),
     ],
 )
 def test_storeys_that_cannot_be_are_refused(texts, message):

@@ -76,6 +76,8 @@ def convert_floor(
     options = {name: value for name, value in values.items() if value is not None}
     check_options(to, WriteOptions(**options))
     path = target or (out if out.is_dir() else out.parent) / chosen.file
+    if str(path) == "-":
+        raise OptionError("output is -, and convert does not write to stdout; give the name of a file")
     if chosen.is_folder:
         check_output_folder(path)
     else:

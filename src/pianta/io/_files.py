@@ -82,6 +82,22 @@ def check_byte_count(count: int, error: type[PiantaError], *, max_bytes: int) ->
         raise error(f"it has {count} bytes, the limit is {max_bytes}; give a smaller file")
 
 
+def find_output_fault(file: Path, *, remedy: str = "give the name of a file") -> str | None:
+    """Why a file must not be written, as the end of a message that begins with its name; None if it may.
+
+    A device or pipe that exists would be replaced: /dev/null of the system, for one.
+    """
+    try:
+        mode = file.stat().st_mode
+    except FileNotFoundError:
+        return None
+    except (OSError, ValueError) as exception:
+        return f"cannot be written: {one_line_reason(exception)}"
+    if stat.S_ISDIR(mode):
+        return f"is a folder, {remedy}"
+    return None if stat.S_ISREG(mode) else f"is a device or pipe, {remedy}"
+
+
 @contextmanager
 def atomic_file(path: str | Path) -> Iterator[Path]:
     """A temporary path, with the folder and suffix of `path`, which is renamed to `path` if the block succeeds.
@@ -89,13 +105,14 @@ def atomic_file(path: str | Path) -> Iterator[Path]:
     If the block fails, even by KeyboardInterrupt, `path` stays as it was and the temporary file is removed.
     Temporary names are random, so that the remains of a killed process are never in the way.
 
-    Raises PiantaError, in one line, for every OSError of the block and if `path` is a folder.
+    Raises PiantaError, in one line, for every OSError of the block and if `path` is a folder, device or pipe.
     """
     path = Path(path)
     temporary = path.parent / f".pianta-{token_hex(8)}{path.suffix}"
     try:
-        if path.is_dir():
-            raise PiantaError(f"cannot write {short_repr(path)}: it is a folder, give the name of a file")
+        fault = find_output_fault(path)
+        if fault:
+            raise PiantaError(f"cannot write {short_repr(path)}: it {fault}")
         yield temporary
         temporary.replace(path)
     except OSError as exception:

@@ -14,7 +14,7 @@ from secrets import token_hex
 from shutil import rmtree
 
 from pianta.errors import OptionError, PiantaError
-from pianta.io._files import one_line_reason, short_repr
+from pianta.io._files import find_output_fault, one_line_reason, short_repr
 
 MAX_LISTED = 3  # older outputs in a message
 
@@ -49,8 +49,9 @@ def atomic_folder(folder: Path) -> Iterator[Path]:
         yield temporary
         moves = {file: folder / file.name for file in sorted(temporary.iterdir())}
         for target in moves.values():
-            if target.is_dir():
-                raise PiantaError(f"cannot write {short_repr(target)}: it is a folder, give another output folder")
+            fault = find_output_fault(target, remedy="give another output folder")
+            if fault:
+                raise PiantaError(f"cannot write {short_repr(target)}: it {fault}")
         with _without_interrupts():
             for file, target in moves.items():
                 file.replace(target)
@@ -104,8 +105,11 @@ def check_output_file(file: Path, noun: str) -> None:
     Raises OptionError, in one line.
     """
     check_output_folder(file.parent)
-    if file.is_dir():
-        raise OptionError(f"{noun} {short_repr(file)} is a folder, give the name of a file")
+    if not file.parent.exists():
+        raise OptionError(f"{noun} {short_repr(file)}: folder {short_repr(file.parent)} does not exist, create it")
+    fault = find_output_fault(file)
+    if fault:
+        raise OptionError(f"{noun} {short_repr(file)} {fault}")
 
 
 def number_outputs(stem: str, total: int, out: Path | None) -> list[str]:

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 from pianta.errors import MapError, MapWarning, OptionError
 from pianta.gridmap import GridMap
+from pianta.io._bag_limits import check_metadata, limit_unpacking
 from pianta.io._files import MAX_CELLS, check_input_file, count_noun, one_line_reason, short_repr
 from pianta.io.grid_messages import MapBuilder
 
@@ -74,11 +75,20 @@ def read_bag(
     return newest.build(Path(path).name)
 
 
-def iterate_bag(path: str | Path, *, topic: str | None = None, max_cells: int = MAX_CELLS) -> Iterator[GridMap]:
-    """All maps of a topic in the order of their time, as of read_bag; those equal to the one before are left out."""
+def iterate_bag(
+    path: str | Path, *, topic: str | None = None, max_cells: int = MAX_CELLS
+) -> Iterator[GridMap | MapError]:
+    """All maps of a topic in the order of their time, as of read_bag; those equal to the one before are left out.
+
+    A map that is damaged or too large is given as the error, so that those after it can be read.
+    """
     last = None
     for unread in _iterate_grids(path, topic, max_cells, "all"):
-        grid = unread.build(Path(path).name)
+        try:
+            grid = unread.build(Path(path).name)
+        except MapError as error:
+            yield error
+            continue
         if last is None or not is_same_map(grid, last):
             yield grid
         last = grid
@@ -113,9 +123,8 @@ class _Grid:
 
     def update(self, raw: bytes) -> None:
         """Apply an update; one that is not on the map is counted."""
-        builder = self.decode()
         try:
-            builder.update(self.bag.decode(raw, UPDATE_TYPE))
+            self.decode().update(self.bag.decode(raw, UPDATE_TYPE))
         except MapError:
             self.stray += 1
 
@@ -210,6 +219,9 @@ def _open_bag(path: str | Path, max_cells: int) -> Iterator[_Bag]:
     is_ros1 = not is_folder and file.suffix.lower() == ".bag"
     types = get_typestore(Stores.ROS1_NOETIC if is_ros1 else Stores.ROS2_HUMBLE)
     types.register(get_types_from_msg(UPDATE_DEFINITION, UPDATE_TYPE))
+    if is_folder:
+        check_metadata(file / METADATA_FILE)
+    limit_unpacking()
     try:
         with Reader1(file) if is_ros1 else Reader2(file) as reader:
             yield _Bag(file, reader, types, is_ros1, max_cells)

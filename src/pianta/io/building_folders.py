@@ -26,7 +26,7 @@ BUILDING_FILE = "building.json"
 GRID_FILE = "grid.npz"
 MAX_FILE_BYTES = 2**20
 MAX_STOREYS = 1000  # more than any building has
-MAX_TEXT = 200  # characters of a name
+MAX_TEXT = 200  # characters of a name, and bytes of that of a folder
 # The name of a folder beside the file, never a path to elsewhere.
 _NAME = re.compile(r"^[^/\\\x00-\x1f.][^/\\\x00-\x1f]*$")
 
@@ -98,8 +98,11 @@ def save_building_file(building: Building, path: str | Path) -> None:
 
 def check_storey_name(name: str) -> None:
     """Raise OptionError for a name that cannot be that of a folder."""
-    if not (_NAME.fullmatch(name) and len(name) <= MAX_TEXT):
-        raise OptionError(f"storey {short_repr(name)} has no name for a folder, give one without / and leading dot")
+    if not (_NAME.fullmatch(name) and len(name.encode()) <= MAX_TEXT and name.isprintable()):
+        raise OptionError(
+            f"storey {short_repr(name)} has no name for a folder, give one of up to {MAX_TEXT} bytes that can be "
+            "printed, without / and leading dot"
+        )
 
 
 def _read_storey(file: Path, name: str = "", title: str = "", elevation: float | None = None) -> Storey:

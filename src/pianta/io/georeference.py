@@ -12,7 +12,7 @@ import numpy as np
 import yaml
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, model_validator
-from shapely import transform
+from shapely import get_coordinates, transform
 from shapely.geometry.base import BaseGeometry
 
 from pianta.errors import OptionError
@@ -30,6 +30,11 @@ Matrix: TypeAlias = tuple[float, float, float, float, float, float]
 WGS84 = "EPSG:4326"
 MAX_FILE_BYTES = 2**20
 MAX_POINTS = 1000
+MAX_LISTED = 10  # points in a message
+MAX_COORDINATE = 1e8  # metres; beyond any coordinate system of the earth
+# Control points that are missed by this share of their distances from their middle, or more, do not belong together,
+# as where one frame is mirrored; chosen by hand.
+MAX_MISSED = 0.25
 # Points lie on a line if the second singular value of their positions is this share of the first; chosen by hand.
 LINE_SHARE = 1e-6
 # A plane in which lengths around a point are true to a millimetre over kilometres.
@@ -72,6 +77,8 @@ class Georeference:
         transformer = _make_transformer(self.crs)
         world = self.to_world(shape)
         moved: Shape = transform(world, lambda points: np.column_stack(transformer.transform(*points.T)))
+        if not np.isfinite(get_coordinates(moved)).all():
+            raise OptionError(f"the georeference puts the map outside of {self.crs}, check its points and its crs")
         return moved
 
     def name_crs(self) -> CRS:
@@ -149,7 +156,8 @@ def fit_motion(map_points: NDArray[np.float64], world_points: NDArray[np.float64
     return a, b, c + float(centre[0]), d, e, f + float(centre[1])
 
 
-_Numbers = tuple[FiniteFloat, FiniteFloat]
+_Number = Annotated[FiniteFloat, Field(ge=-MAX_COORDINATE, le=MAX_COORDINATE)]
+_Numbers = tuple[_Number, _Number]
 
 
 class _Part(BaseModel):
@@ -187,13 +195,16 @@ class _Points(_Part):
         a, b, c, d, e, f = matrix
         fitted = map_points @ np.array([[a, d], [b, e]]) + (c, f)
         missed = tuple(float(each) for each in np.hypot(*(fitted - world).T))
+        if np.linalg.norm(missed) > MAX_MISSED * np.linalg.norm(world - world.mean(axis=0)):
+            listed = ", ".join(f"{each:.1f}" for each in missed[:MAX_LISTED])
+            raise OptionError(f"control points are missed by {listed}; check them: axes swapped, mirrored, mixed up?")
         return Georeference(plane if crs.is_geographic else self.crs, matrix, missed)
 
 
 class _Anchor(_Part):
     latitude: Annotated[FiniteFloat, Field(ge=-90, le=90)]
     longitude: Annotated[FiniteFloat, Field(ge=-180, le=180)]
-    bearing: FiniteFloat = 0.0
+    bearing: Annotated[FiniteFloat, Field(ge=-360, le=360)] = 0.0
     map: _Numbers = (0.0, 0.0)
 
     def make(self) -> Georeference:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
@@ -22,6 +22,7 @@ MAX_LINE_BYTES = 10_000
 MAX_FIELDS = 1000
 MAX_PACKED_BYTES = 2**29  # of a binary_compressed PCD, which is unpacked as a whole
 _PCD_KINDS = {"F": "f", "I": "i", "U": "u"}
+_PCD_ENCODINGS = {"ascii": "ascii", "binary": "<", "binary_compressed": "packed"}
 _PLY_KINDS = {
     "char": "i1",
     "uchar": "u1",
@@ -103,6 +104,10 @@ class PointFile:
         sizes = file.read(8)
         packed, unpacked = (int.from_bytes(sizes[at : at + 4], "little") for at in (0, 4))
         check_byte_count(unpacked, MapError, max_bytes=MAX_PACKED_BYTES)
+        expected = self.count * sum(np.dtype(dtype_name).itemsize * count for _, dtype_name, count in self.fields)
+        if unpacked != expected:
+            name = short_repr(self.path)
+            raise MapError(f"map {name} has {unpacked} bytes of points and not {expected}, copy it again")
         content = unpack_lzf(file.read(packed), unpacked)
         columns, at = {}, 0
         for name, dtype_name, count in self.fields:
@@ -152,11 +157,13 @@ def parse_pcd_header(read_line: Callable[[], str]) -> Header:
             break
     names, sizes, kinds = keys["FIELDS"], keys["SIZE"], keys["TYPE"]
     counts = keys.get("COUNT", ["1"] * len(names))
+    if not len(names) == len(sizes) == len(kinds) == len(counts):
+        raise ValueError("FIELDS, SIZE, TYPE and COUNT are not of one length, give a value for each field")
     fields = [
         (name, f"{_PCD_KINDS[dtype_name.upper()]}{int(size)}", int(count))
         for name, size, dtype_name, count in zip(names, sizes, kinds, counts, strict=True)
     ]
-    encoding = {"ascii": "ascii", "binary": "<", "binary_compressed": "packed"}[keys["DATA"][0].lower()]
+    encoding = _choose_encoding("DATA", " ".join(keys["DATA"]).lower(), _PCD_ENCODINGS)
     points = keys["POINTS"] if "POINTS" in keys else [str(int(keys["WIDTH"][0]) * int(keys["HEIGHT"][0]))]
     # PCL writes "_" for bytes without a meaning, several times
     return encoding, int(points[0]), _check_fields(fields)
@@ -171,7 +178,7 @@ def parse_ply_header(read_line: Callable[[], str]) -> Header:
         words = read_line().split()
         match words:
             case ["format", name, _]:
-                encoding = _PLY_ENCODINGS[name]
+                encoding = _choose_encoding("format", name, _PLY_ENCODINGS)
             case ["element", "vertex", number]:
                 if element:
                     raise ValueError(f"its points come after the element {element}, write them first")
@@ -187,10 +194,20 @@ def parse_ply_header(read_line: Callable[[], str]) -> Header:
     raise ValueError("its header has no end")
 
 
+def _choose_encoding(key: str, name: str, encodings: Mapping[str, str]) -> str:
+    """The encoding of a name in a header; raises ValueError for another name."""
+    if name not in encodings:
+        raise ValueError(f"{key} is {short_repr(name)}, give {', '.join(encodings)}")
+    return encodings[name]
+
+
 def _check_fields(fields: list[tuple[str, str, int]]) -> list[tuple[str, str, int]]:
     """The fields, repeated names with their indices; raises ValueError for impossible ones."""
-    if len(fields) > MAX_FIELDS or any(not 1 <= count <= MAX_FIELDS for _, _, count in fields):
-        raise ValueError(f"it has more than {MAX_FIELDS} fields")
+    if len(fields) > MAX_FIELDS:
+        raise ValueError(f"it has {len(fields)} fields, the limit is {MAX_FIELDS}")
+    for name, _, count in fields:
+        if not 1 <= count <= MAX_FIELDS:
+            raise ValueError(f"field {short_repr(name)} has {count} values, give 1 to {MAX_FIELDS}")
     for _, dtype_name, _ in fields:
         try:
             np.dtype(dtype_name)

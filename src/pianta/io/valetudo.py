@@ -21,6 +21,7 @@ from pianta.gridmap import FREE, OCCUPIED, UNKNOWN, GridMap
 from pianta.io._checked import read_checked
 from pianta.io._faults import validation_as
 from pianta.io._files import MAX_CELLS, check_byte_count, check_cell_count
+from pianta.io._names import clean_name
 
 CLASS_NAME = "ValetudoMap"
 CM_PER_METRE = 100
@@ -149,14 +150,6 @@ def list_pixels(runs: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.
     lengths = runs[:, 2]
     steps = np.arange(lengths.sum()) - np.repeat(np.cumsum(lengths) - lengths, lengths)
     return np.repeat(runs[:, 1], lengths), np.repeat(runs[:, 0], lengths) + steps
-
-
-def clean_name(text: str | None) -> str | None:
-    """A name as a room can have it: printable, without blanks around it, at most 200 characters; None if empty."""
-    from pianta.floor import MAX_ROOM_NAME_LENGTH
-
-    printable = "".join(char if char.isprintable() else " " for char in text or "")
-    return " ".join(printable.split())[:MAX_ROOM_NAME_LENGTH].strip() or None
 
 
 def is_wrapped(path: str | Path) -> bool:

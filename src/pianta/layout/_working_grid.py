@@ -19,6 +19,8 @@ from pianta.gridmap import GridMap
 MARGIN_PX = 4
 # Coarser cells show no doors, which are some 0.9 m wide; metres.
 MAX_RESOLUTION = 0.5
+# Metres; no coordinate on the earth is larger, and those of a floor are exact to less than a millimetre.
+MAX_ORIGIN = 5e7
 # Limit of memory: coarse cells are repeated to at most this number (0.5 km² of building at 0.05 m per cell).
 MAX_REPEATED_CELLS = 200_000_000
 
@@ -80,8 +82,10 @@ class WorkingGrid:
 
 
 def check_shows_rooms(grid: GridMap) -> None:
-    """Raise MapError for a map whose cells are too coarse, or that has no free cell, or nothing but free cells."""
+    """Raise MapError for a map with too coarse cells or too far from zero, without free cells, or with no other."""
     _check_resolution(grid.resolution)
+    if max(map(abs, grid.origin[:2])) > MAX_ORIGIN:
+        raise MapError(f"its origin, {grid.origin[:2]}, is farther than {MAX_ORIGIN:g} m from zero; check the origin")
     if not grid.free.any():
         raise MapError(NO_FREE_CELL)
     if grid.free.all():

@@ -18,7 +18,7 @@ from pianta.corrections.kinds import Correction
 from pianta.errors import OptionError
 from pianta.floor import Floor
 from pianta.gridmap import GridMap
-from pianta.io._files import count_noun, real_path, short_repr
+from pianta.io._files import count_noun, find_output_fault, real_path, short_repr
 from pianta.io._folders import atomic_folder, check_output_file, only_writer
 from pianta.io.building_folders import BUILDING_FILE, save_building_file
 from pianta.labels import LabelSchema
@@ -402,7 +402,8 @@ def _list_inputs(path: str | Path) -> list[Path]:
 
 
 def _refuse_folders_as_results(folders: Sequence[Path]) -> None:
-    """Raise OptionError if a folder has the name of a result, before any result is written."""
+    """Raise OptionError if a folder, device or pipe has the name of a result, before any result is written."""
     for target in (folder / name for folder in folders for name in OUTPUTS):
-        if target.is_dir():
-            raise OptionError(f"cannot write {short_repr(target)}: it is a folder, give another output folder")
+        fault = find_output_fault(target, remedy="give another output folder")
+        if fault:
+            raise OptionError(f"cannot write {short_repr(target)}: it {fault}")

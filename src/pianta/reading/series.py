@@ -80,6 +80,9 @@ def _read_maps(
     grids = iterate_bag(path, topic=reader.options.get("topic"), max_cells=limit)
     for number, grid in enumerate(grids, start=1):
         folder = None if out is None else out / f"{number:0{MIN_DIGITS}}"
+        if isinstance(grid, MapError):
+            yield Failure(path, grid)
+            continue
         try:
             if folder is not None:
                 check_corrections(folder)

@@ -23,6 +23,7 @@ _RESERVED = re.compile(
 MAX_FOLDER_NAME = 60  # characters, of at most 4 bytes each; systems take 255 bytes
 # Stairs of two storeys in one frame are the same if this share of the smaller one overlaps; chosen by hand.
 SAME_SHARE = 0.5
+MAX_ELEVATION = 1e4  # metres, above any building
 
 
 def make_building(storeys: Sequence[Storey], name: str, *, one_frame: bool) -> Building:
@@ -91,6 +92,8 @@ def parse_storeys(texts: Sequence[str], count: int) -> list[tuple[str, float | N
             elevation = float(height) if colon else None
         except ValueError:
             raise OptionError(f"storey {short_repr(text)} has no height in metres, give NAME:METRES") from None
+        if elevation is not None and not abs(elevation) <= MAX_ELEVATION:
+            raise OptionError(f"storey {short_repr(text)} has no height within ±{MAX_ELEVATION:g} m, give metres")
         check_storey_name(name)
         storeys.append((name, elevation))
     if len({name.casefold() for name, _ in storeys}) < count:

@@ -17,7 +17,12 @@ from pianta.io._folders import atomic_folder
 from pianta.io.building_folders import read_building_folder
 from pianta.io.georeference import Georeference, read_georeference
 from pianta.io.writers._formats import FORMATS, SPEED, Format, WriteOptions
+from pianta.io.writers.writable_parts import keep_writable
 from pianta.navigation.robot import ROBOT_RADIUS
+
+# Of robots, metres; the paths of smaller ones would have more points than memory holds.
+MIN_RADIUS = 0.01
+MAX_RADIUS = 10.0
 
 
 class HasBuilding(Protocol):
@@ -112,10 +117,10 @@ def convert(
         robot_map=None if robot_map is None else Path(robot_map),
     )
     check_options(to, options)
-    building = _make_building(source, grid)
-    notes: list[str] = []
+    building, notes = keep_writable(_make_building(source, grid))
     if options.straight:
-        building, notes = straighten_building(building)
+        building, notes_of_straight = straighten_building(building)
+        notes += notes_of_straight
     without = [storey.name or storey.floor.source for storey in building if storey.grid is None]
     if chosen.needs_map and without:
         raise OptionError(
@@ -161,8 +166,10 @@ def check_options(name: str, options: WriteOptions) -> None:
         raise OptionError(f"format {name} takes no {' and no '.join(surplus)}, leave it out")
     if find_format(name).needs_georeference and options.georeference is None:
         raise OptionError(f"format {name} needs longitudes and latitudes, give georeference=")
-    if not 0 < options.robot_radius < 10:
-        raise OptionError(f"robot_radius is {options.robot_radius}, give metres between 0 and 10")
+    if not MIN_RADIUS <= options.robot_radius < MAX_RADIUS:
+        raise OptionError(
+            f"robot_radius is {options.robot_radius}, give metres from {MIN_RADIUS} to below {MAX_RADIUS}"
+        )
     if not 0 < options.speed <= 100:
         raise OptionError(f"speed is {options.speed}, give a percentage up to 100")
 

@@ -102,7 +102,7 @@ class _Archive:
     def _draw(self, shape: BaseGeometry) -> Mapping[str, Any]:
         world = self.georeference.to_wgs84(shape)
         rounded = transform(world, lambda points: np.round(points, DEGREE_DIGITS))
-        geometry: Mapping[str, Any] = mapping(rounded)
+        geometry: Mapping[str, Any] = mapping(rounded if rounded.is_valid else world)
         return geometry
 
     def _locate(self, shape: BaseGeometry) -> Mapping[str, Any]:

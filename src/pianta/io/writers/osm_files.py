@@ -33,7 +33,7 @@ class OsmFile:
         self.shortened = 0
 
     def add_node(self, point: XY, tags: Mapping[str, str] | None = None, *, level: int = 0) -> int:
-        """The id of the node at a point of a storey; tags are added to those that it has."""
+        """The id of the node at a point of a storey; tags are added to those that it has, which stay."""
         key = level, round(point[0], SAME_DIGITS), round(point[1], SAME_DIGITS)
         if key not in self._nodes:
             self._nodes[key] = self._add("node")
@@ -81,6 +81,10 @@ class OsmFile:
         return element
 
     def _set_tags(self, element: Element, tags: Mapping[str, str]) -> None:
+        """Add tags; those that the element has stay, for a key twice is refused: two doors can be at one node."""
+        present = {tag.get("k") for tag in element.iter("tag")}
         for key, value in tags.items():
+            if key in present:
+                continue
             self.shortened += len(value) > MAX_TEXT
             SubElement(element, "tag", {"k": key, "v": value[:MAX_TEXT]})

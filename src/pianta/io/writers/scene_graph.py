@@ -35,18 +35,19 @@ def write_scene_graph(building: Building, target: Path, _: WriteOptions) -> list
     heights, notes = list_elevations(building)
     nodes = [_make_building(building, heights)]
     edges = []
+    step = _choose_step(building)
     for number, (storey, height) in enumerate(zip(building, heights, strict=True)):
         for room in storey.floor:
-            node = node_id("R", number * STOREY_STEP + room.id)
+            node = node_id("R", number * step + room.id)
             nodes.append(_make_node(node, "ROOMS", _describe_room(room, storey, height)))
             edges.append(_make_edge(node_id("B", 0), node))
         graph = storey.floor.graph()
         for first, second, data in graph.edges(data=True):
-            ends = (node_id("R", number * STOREY_STEP + room) for room in (first, second))
+            ends = (node_id("R", number * step + room) for room in (first, second))
             edges.append(_make_edge(*ends, doors=data["doors"], width=round(float(data["width"]), 3)))
     storey_numbers = {storey.name: number for number, storey in enumerate(building)}
     for link in building.links:
-        ends = (node_id("R", storey_numbers[name] * STOREY_STEP + room) for name, room in link.ends)
+        ends = (node_id("R", storey_numbers[name] * step + room) for name, room in link.ends)
         edges.append(_make_edge(*ends, kind=link.kind))
     keys = {name: {"layer": layer, "partition": 0} for name, layer in LAYERS.items()}
     content = {
@@ -68,11 +69,18 @@ def node_id(category: str, index: int) -> int:
     return (ord(category) << CATEGORY_BITS) + index
 
 
+def _choose_step(building: Building) -> int:
+    """Between the numbers of one room id on two storeys: STOREY_STEP, or a power of ten above all ids."""
+    highest = max((room.id for _, room in building.list_rooms()), default=0)
+    return max(STOREY_STEP, int(10 ** len(str(highest))))
+
+
 def _list_notes(building: Building) -> list[str]:
     entrances = sum(door.is_entrance for storey in building for door in storey.floor.doors)
     notes = [f"a scene graph holds no {count_noun(entrances, 'entrance')}, left out"] if entrances else []
     if len(building) > 1:
-        notes.append(f"room 3 of the second storey is R({STOREY_STEP + 3}), of the third R({2 * STOREY_STEP + 3})")
+        step = _choose_step(building)
+        notes.append(f"room 3 of the second storey is R({step + 3}), of the third R({2 * step + 3})")
     return notes
 
 

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from math import ceil
 from pathlib import Path
 
 import numpy as np
 import shapely
 
 from pianta.building import Building, Storey
+from pianta.errors import OptionError
 from pianta.floor import cells_of_polygon
 from pianta.gridmap import FREE, OCCUPIED, UNKNOWN, GridMap
-from pianta.io._files import count_noun
+from pianta.io._files import MAX_CELLS, count_noun
 from pianta.io._folders import choose_names
 from pianta.io.ros_maps import save_ros_map
 from pianta.io.writers._formats import WriteOptions
@@ -78,7 +80,13 @@ def draw_grid(storey: Storey) -> GridMap:
     shapes = [*solid, *rooms]
     low_x, low_y, high_x, high_y = shapely.total_bounds(shapes) if shapes else np.zeros(4)
     low = np.floor(np.array([low_x, low_y]) - MARGIN)
-    cols, rows = np.ceil((np.array([high_x, high_y]) + MARGIN - low) / resolution).astype(int)
+    width, height = np.array([high_x, high_y]) + MARGIN - low
+    cols, rows = ceil(width / resolution), ceil(height / resolution)
+    if cols * rows > MAX_CELLS:
+        raise OptionError(
+            f"the image of {width:.0f} m × {height:.0f} m would have {cols} × {rows} pixels, the limit is {MAX_CELLS} "
+            "in all; correct the floor, or read a part of it"
+        )
     cells = np.full((rows, cols), UNKNOWN, np.int8)
     grid = GridMap(cells, resolution, (float(low[0]), float(low[1]), 0.0))
     doors = [door.line.buffer(DOOR_DEPTH, cap_style="flat") for door in floor.doors if door.line.length]
