@@ -195,8 +195,8 @@ def improve_tour(costs: Floats, tour: Indices) -> Indices:
     """
     while True:
         following = np.roll(tour, -1)
-        kept = costs[tour, following]
-        saved = np.triu(np.add.outer(kept, kept) - costs[np.ix_(tour, tour)] - costs[np.ix_(following, following)], 1)
+        steps = costs[tour, following]
+        saved = np.triu(np.add.outer(steps, steps) - costs[np.ix_(tour, tour)] - costs[np.ix_(following, following)], 1)
         first, second = np.unravel_index(int(saved.argmax()), saved.shape)
         if saved[first, second] <= LEAST_SAVED:
             return tour

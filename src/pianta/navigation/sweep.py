@@ -289,9 +289,9 @@ def _insert_visits(area: SweepArea, path: Indices, visits: list[list[Cell]]) -> 
         index, ordered = _choose_start(area, array, visit)
         inserts.setdefault(index, []).extend(ordered)
     loops = _connect_routes(area, [[points[index], *visit, points[index]] for index, visit in inserts.items()])
-    found = dict(zip(inserts, loops, strict=True))
-    kept = [found.get(index, array[index : index + 1].astype(np.intp)) for index in range(len(points))]
-    return _drop_straight_points(np.concatenate(kept))
+    visited = dict(zip(inserts, loops, strict=True))
+    chosen = [visited.get(index, array[index : index + 1].astype(np.intp)) for index in range(len(points))]
+    return _drop_straight_points(np.concatenate(chosen))
 
 
 def _choose_start(area: SweepArea, points: Floats, visit: list[Cell]) -> tuple[int, list[Cell]]:
