@@ -209,3 +209,16 @@ def test_scene_graph_loads_in_spark_dsg(tmp_path):
     pianta.convert(HOUSE, tmp_path / "graph.json", to="scene-graph")
     graph = spark_dsg.DynamicSceneGraph.load(str(tmp_path / "graph.json"))
     assert (graph.num_nodes(), graph.num_edges()) == (5, 7)
+
+
+def test_a_home_with_damaged_lzma_is_refused(tmp_path):
+    path = tmp_path / "home.sh3d"
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_LZMA) as archive:
+        archive.writestr("Home.xml", "<home>" + "<room/>" * 100 + "</home>")
+    content = bytearray(path.read_bytes())
+    start = content.index(b"Home.xml") + len("Home.xml")
+    # After the header of LZMA, which has nine bytes
+    content[start + 12 : start + 24] = b"\xff" * 12
+    path.write_bytes(content)
+    with pytest.raises(PlanError, match=r"is no home of Sweet Home 3D or damaged, save it again: Corrupt input data$"):
+        read_sweethome3d(path)

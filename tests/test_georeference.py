@@ -126,6 +126,10 @@ def test_an_identity_in_degrees_is_left_as_it_is():
             TURNED.replace("500000", "1e9"),
             "world.*Input should be less than or equal to 100000000",
         ),
+        (
+            TURNED.replace("EPSG:32632", "EPSG:4326"),
+            "world points are no longitude, latitude of EPSG:4326, give degrees in this order",
+        ),
         # The map is mirrored
         (
             TURNED.replace("map: [0, 5]", "map: [0, -5]"),

@@ -15,7 +15,7 @@ from shapely import box
 import pianta
 from pianta.errors import BuildingError, BuildingWarning, MapError, OptionError
 from pianta.io.vacuum_segments import name_rooms
-from pianta.io.valetudo import read_vacuum_map
+from pianta.io.valetudo import parse_vacuum_map, read_vacuum_map
 from pianta.plan.sheets.map_or_plan import detect_input_kind
 from tests.conftest import DATA
 
@@ -294,3 +294,10 @@ class TestWritten:
     def test_without_a_map(self, tmp_path):
         with pytest.raises(OptionError, match="needs the map"):
             pianta.convert(FLOOR, Path(tmp_path / "new.json"), to="valetudo")
+
+
+def test_two_pixels_far_apart_make_no_map_of_gigabytes():
+    layer = {"type": "floor", "metaData": {}, "compressedPixels": [0, 0, 1, 14000, 14000, 1]}
+    content = json.dumps({"__class": "ValetudoMap", "pixelSize": 5, "layers": [layer]}).encode()
+    with pytest.raises(MapError, match=r"^its pixels are on 14001 × 14001 cells, the limit is 25000000 in all"):
+        parse_vacuum_map(content, "robot.json")

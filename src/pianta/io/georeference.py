@@ -187,6 +187,8 @@ class _Points(_Part):
         crs = _parse_crs(self.crs)
         world = np.array([pair.world for pair in self.points])
         if crs.is_geographic:
+            if (np.abs(world) > (180, 90)).any():
+                raise OptionError(f"world points are no longitude, latitude of {self.crs}, give degrees in this order")
             longitude, latitude = map(float, world.mean(axis=0))
             plane = _LOCAL_PLANE.format(latitude=latitude, longitude=longitude)
             world = np.column_stack(_make_transformer(self.crs, plane).transform(*world.T))

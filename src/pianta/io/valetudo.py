@@ -30,6 +30,7 @@ MAX_FILE_BYTES = 2**24
 MAX_LAYERS = 1000
 MAX_PIXEL = 100_000  # column or row
 MAX_PIXELS = 5_000_000  # of all layers
+MAX_MAP_CELLS = 25_000_000  # between the outermost pixels; two that are far apart would make a map of gigabytes
 _PNG = b"\x89PNG\r\n\x1a\n"
 # The chunk of compressed text, and its keyword, in the PNGs that Valetudo sends over MQTT.
 _TEXT_CHUNK, _KEYWORD = b"zTXt", CLASS_NAME.encode()
@@ -130,6 +131,8 @@ def parse_vacuum_map(content: bytes, source: str, *, max_cells: int = MAX_CELLS)
     left, top = runs[:, 0].min(), runs[:, 1].min()
     height, width = runs[:, 1].max() + 1 - top, (runs[:, 0] + runs[:, 2]).max() - left
     check_cell_count((int(height), int(width)), "the map", max_cells=max_cells)
+    if height * width > MAX_MAP_CELLS:
+        raise MapError(f"its pixels are on {height} × {width} cells, the limit is {MAX_MAP_CELLS} in all; check them")
     cells = np.full((height, width), UNKNOWN, np.int8)
     # A pixel of a wall is a wall, also where a segment has it
     for layer, each in sorted(layers, key=lambda pair: pair[0].type == "wall"):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import zipfile
-import zlib
 from pathlib import Path
 from typing import TYPE_CHECKING
 from xml.etree.ElementTree import ParseError
@@ -60,7 +59,8 @@ def _parse_home(file: Path) -> Element:
             content = stream.read(MAX_HOME_BYTES + 1)
     except KeyError:
         raise plan_error(file, f"has no {HOME_FILE}, save it again with Sweet Home 3D 5.3 or later") from None
-    except (zipfile.BadZipFile, zlib.error, OSError, EOFError, NotImplementedError, RuntimeError) as exception:
+    # zipfile and its decompressors raise various exceptions for damaged files.
+    except Exception as exception:
         reason = one_line_reason(exception)
         raise plan_error(file, f"is no home of Sweet Home 3D or damaged, save it again: {reason}") from None
     if len(content) > MAX_HOME_BYTES:
