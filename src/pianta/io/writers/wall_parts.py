@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import pairwise
+from itertools import chain, combinations, pairwise
 from typing import TypeAlias
 
 import numpy as np
 import shapely
 from shapely import LineString, Polygon, STRtree
 
-from pianta._types import Floats
+from pianta._types import Floats, Indices
 from pianta.floor import Door, Floor
 
 # Metres, chosen by hand:
@@ -51,7 +51,7 @@ class WallPart:
         """From end to end, metres."""
         return float(self.line.length)
 
-    @property
+    @cached_property
     def direction(self) -> Floats:
         """The unit vector from end to end."""
         along = self.ends[1] - self.ends[0]
@@ -91,8 +91,12 @@ def find_walls(floor: Floor) -> Walls:
     hosts: list[int] = []
     hosted: dict[int, list[Interval]] = {}
     removed: dict[int, list[Interval]] = {}
+    of_rooms: dict[frozenset[int], list[int]] = {}
+    for index, part in enumerate(parts):
+        of_rooms.setdefault(frozenset(part.rooms), []).append(index)
     for door in floor.doors:
-        spans = {index: span for index, part in enumerate(parts) if (span := _find_span(part, door)) is not None}
+        near = sorted(chain.from_iterable(of_rooms.get(rooms, []) for rooms in _list_sides(door)))
+        spans = {index: span for index in near if (span := _find_span(parts[index], door)) is not None}
         host = max(spans, key=lambda index: spans[index][1] - spans[index][0], default=None)
         if host is None or spans[host][1] - spans[host][0] < MIN_HOSTED * door.line.length:
             parts.append(_make_part(door))
@@ -173,13 +177,11 @@ def _list_parts(floor: Floor) -> Iterator[WallPart]:
             yield from _parts_behind(faces, index, piece, behind)
 
 
-def _list_opposite(faces: _Faces, index: int, candidates: Sequence[int]) -> list[tuple[int, Interval, Floats]]:
+def _list_opposite(faces: _Faces, index: int, candidates: Indices) -> list[tuple[int, Interval, Floats]]:
     """Faces across the gap: index, where along this face, and the offset and slope of the gap; the nearest first."""
     opposite = []
     start, along, outward = faces.starts[index], faces.along[index], faces.outward[index]
-    for other in map(int, candidates):
-        if other == index or faces.along[other] @ along > -MIN_PARALLEL:
-            continue
+    for other in map(int, candidates[faces.along[candidates] @ along <= -MIN_PARALLEL]):
         ends = np.array([faces.starts[other], faces.starts[other] + faces.along[other] * faces.lengths[other]]) - start
         (high, low), depths = ends @ along, ends @ outward
         span = max(0.0, float(low)), min(float(faces.lengths[index]), float(high))
@@ -238,21 +240,29 @@ def _subtract(span: Interval, covered: Sequence[Interval]) -> list[Interval]:
 
 def _close_corners(parts: Sequence[WallPart], floor: Floor) -> list[WallPart]:
     """Parts that are longer at ends behind which no room begins, so that they meet at corners."""
+    if not parts:
+        return []
     tree = STRtree(shapely.buffer([room.polygon for room in floor], -ROUGHNESS / 2))
-    closed = []
-    for part in parts:
-        ends = part.ends.copy()
-        for side, sign in ((0, -1), (1, 1)):
-            beyond = LineString([part.ends[side], part.ends[side] + sign * OUTER_THICKNESS * part.direction])
-            if not len(tree.query(beyond.buffer(part.thickness / 2, cap_style="flat"), "intersects")):
-                ends[side] = shapely.get_coordinates(beyond)[1]
-        closed.append(replace(part, line=LineString(ends)))
-    return closed
+    # Shape (N, 2, 2): part, end, x and y
+    ends = np.stack([part.ends for part in parts])
+    longer = ends + OUTER_THICKNESS * np.stack([part.direction for part in parts])[:, None] * [[-1], [1]]
+    beyond = shapely.linestrings(np.stack([ends, longer], axis=2).reshape(-1, 2, 2))
+    widths = np.repeat([part.thickness / 2 for part in parts], 2)
+    blocked = np.zeros(len(beyond), bool)
+    blocked[tree.query(shapely.buffer(beyond, widths, cap_style="flat"), "intersects")[0]] = True
+    closed = np.where(blocked.reshape(-1, 2, 1), ends, longer)
+    return [replace(part, line=LineString(line)) for part, line in zip(parts, closed, strict=True)]
+
+
+def _list_sides(door: Door) -> Iterator[frozenset[int]]:
+    """The rooms that a part beside a door may have: some of the rooms of the door, or none."""
+    rooms = sorted({*door.room_ids})
+    return (frozenset(some) for count in range(len(rooms) + 1) for some in combinations(rooms, count))
 
 
 def _find_span(part: WallPart, door: Door) -> Interval | None:
-    """Where along a part a door is; None if it is elsewhere."""
-    if not {*part.rooms} <= {*door.room_ids} or not door.line.length:
+    """Where along a part that has some of its rooms a door is; None if it is elsewhere."""
+    if not door.line.length:
         return None
     ends = shapely.get_coordinates(door.line)
     along = (ends[1] - ends[0]) / door.line.length
