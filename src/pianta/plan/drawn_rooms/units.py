@@ -57,7 +57,9 @@ def unit_by_areas(rooms: Sequence[DrawnRoom], stated: float | None) -> PlanScale
     agreeing = int((np.abs(ratios / middle - 1) <= AGREEMENT).sum())
     if agreeing < max(MIN_ROOMS, len(ratios) / 2):
         return None
-    near = [unit for unit in (stated, *UNITS) if unit is not None and abs(middle / unit - 1) <= SNAP]
+    if stated is not None and abs(middle / stated - 1) <= SNAP:
+        return PlanScale(stated, f"the units of the file and the areas written in {agreeing} rooms", OF_AREAS)
+    near = [unit for unit in UNITS if abs(middle / unit - 1) <= SNAP]
     return PlanScale(near[0] if near else middle, f"the areas written in {agreeing} rooms", OF_AREAS)
 
 
