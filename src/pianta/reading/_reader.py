@@ -380,12 +380,15 @@ def _describe_matches(symbols: Iterable[PlacedSymbol], folder: Path) -> str:
 
 def _refuse_suffix(path: str | Path) -> None:
     """Raise MapError for a file that exists and is neither a map nor a plan by its suffix."""
+    from pianta.io.drawings.dxf import DWG_REMEDY
     from pianta.io.maps import MAP_SUFFIXES
     from pianta.plan.sheets.map_or_plan import PLAN_SUFFIXES
 
     suffixes = dict.fromkeys([*MAP_SUFFIXES, *PLAN_SUFFIXES])
     if Path(path).suffix.lower() not in suffixes:
         file = check_input_file(path, "file", MapError)
+        if file.suffix.lower() == ".dwg":
+            raise MapError(f"file {short_repr(file)} is a DWG, {DWG_REMEDY}")
         raise MapError(f"file {short_repr(file)} is of no known kind, give one of {', '.join(suffixes)}")
 
 

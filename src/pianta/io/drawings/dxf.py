@@ -95,9 +95,9 @@ def read_dxf_plan(path: str | Path, *, layers: LayerChoice | None = None) -> Pla
         units = document.header.get("$INSUNITS", 0)
         metres = METRES.get(units) if isinstance(units, int) else None
         reader = _Reader(document, DrawnPieces(file), layers or LayerChoice(), metres)
-        reader.check_choice()
         reader.read_entities(document.modelspace(), parents=())
-    if not reader.pieces.lines and not reader.pieces.fills:
+    reader.check_choice()
+    if not (reader.pieces.lines or reader.pieces.fills or reader.pieces.outlines):
         raise plan_error(file, "has no lines in its model space, draw the plan there and not on a layout")
     return reader.pieces.drawing(reader.doors(), unnamed_doors=reader.unnamed_doors(), metres_per_unit=metres)
 
@@ -162,6 +162,7 @@ class _Reader:
     metres: float | None = None
     symbols: list[_Block] = field(default_factory=list)
     shaped: list[Floats] = field(default_factory=list)
+    drawn_layers: set[str] = field(default_factory=set)
     without_doors: set[str] = field(default_factory=set)
     arcs: list[Floats] = field(default_factory=list)
     loose: list[Floats] = field(default_factory=list)
@@ -169,10 +170,10 @@ class _Reader:
 
     def check_choice(self) -> None:
         """Raise PlanError for a chosen layer that the file does not have."""
-        names = [str(layer.dxf.name) for layer in self.document.layers]
+        names = sorted(self.drawn_layers)
         for pattern in (*self.choice.walls, *self.choice.doors, *self.choice.rooms):
             if not any(matches_layer(name, (pattern,)) for name in names):
-                listed = ", ".join(map(short_repr, sorted(names)[:_LISTED_LAYERS]))
+                listed = ", ".join(map(short_repr, names[:_LISTED_LAYERS]))
                 more = " …" if len(names) > _LISTED_LAYERS else ""
                 raise plan_error(self.pieces.file, f"has no layer {short_repr(pattern)}, it has {listed}{more}")
 
@@ -183,6 +184,7 @@ class _Reader:
             if self.entities > MAX_ENTITIES:
                 raise plan_error(self.pieces.file, f"draws more than {MAX_ENTITIES} things, give one floor")
             layer = _layer_of(entity, parents)
+            self.drawn_layers.add(layer)
             if entity.dxf.get("invisible", 0) or self._is_frozen(layer):
                 continue
             if entity.dxftype() == "INSERT":
@@ -264,7 +266,7 @@ class _Reader:
         for attribute in visible:
             self._read_text(attribute)
         hidden = [attribute for attribute in insert.attribs if attribute.is_invisible]
-        texts = [(str(each.dxf.tag), " ".join(str(each.plain_text()).split())) for each in (*visible, *hidden)]
+        texts = [(str(each.dxf.tag), _decode(str(each.plain_text()))) for each in (*visible, *hidden)]
         stamp = read_stamp(texts)
         if stamp and visible:
             x, y = np.mean([[text.x, text.y] for text in map(_locate_attribute, visible)], axis=0).tolist()
@@ -429,13 +431,20 @@ def _points_of_path(path: DxfPath) -> Floats:
     return np.concatenate([np.zeros((0, 2)), *_chains_of_path(path)])
 
 
+def _decode(text: str) -> str:
+    r"""A text on one line, with the signs that old files write as \U+00B2."""
+    from ezdxf.lldxf.encoding import decode_dxf_unicode
+
+    return " ".join(decode_dxf_unicode(text).split())
+
+
 def _locate_attribute(attribute: DXFGraphic) -> DrawnText:
     return _locate_mtext(attribute) if attribute.dxftype() == "MTEXT" else _locate_text(attribute)
 
 
 def _locate_text(entity: DXFGraphic) -> DrawnText:
     """A TEXT or ATTRIB; its middle is computed from the usual width of letters, for ezdxf measures no fonts."""
-    text = " ".join(str(entity.plain_text()).split())
+    text = _decode(str(entity.plain_text()))
     align, start, end = entity.get_placement()
     frame = entity.ocs()
     height = float(entity.dxf.height)
@@ -454,7 +463,7 @@ def _locate_text(entity: DXFGraphic) -> DrawnText:
 
 def _locate_mtext(entity: DXFGraphic) -> DrawnText:
     """An MTEXT; its lines become one text, in the middle of all."""
-    lines = [" ".join(line.split()) for line in entity.plain_text(split=True)]
+    lines = [_decode(line) for line in entity.plain_text(split=True)]
     height = float(entity.dxf.char_height)
     width = max(map(len, lines), default=0) * _LETTER_WIDTH * height
     total = height + (len(lines) - 1) * _LINE_SPACING * height

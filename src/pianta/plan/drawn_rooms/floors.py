@@ -130,10 +130,10 @@ def _group_rooms(outlines: Sequence[shapely.Polygon], walls: Floats) -> list[lis
 
 
 def _overlap_along_an_axis(one: shapely.Polygon, other: shapely.Polygon) -> bool:
-    """Whether two rows of rooms face each other over a corridor: it is at most as wide as the rows are deep."""
+    """Whether two rows of rooms face each other over a corridor: it is less wide than the rows are deep."""
     gap = float(one.distance(other))
     depths = [min(box.bounds[2] - box.bounds[0], box.bounds[3] - box.bounds[1]) for box in (one, other)]
-    return gap <= FLOOR_GAP or gap < min(depths) / 2
+    return gap <= FLOOR_GAP or gap < min(depths)
 
 
 def _components(first: np.ndarray, second: np.ndarray, count: int) -> np.ndarray:

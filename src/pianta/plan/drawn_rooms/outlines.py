@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections import defaultdict
-from collections.abc import Collection, Iterator, Sequence
+from collections import Counter, defaultdict
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from math import sqrt
 
@@ -161,10 +161,12 @@ def _group_of(
     if inside is None:
         return _Group((), layer)
     rooms = []
-    for index in sorted(owned):
+    by_shape = {index: [labels[each] for each in owned[index]] for index in sorted(owned)}
+    form = _common_form(by_shape.values())
+    for index, own in by_shape.items():
         polygon = _without_rooms_inside(index, shapes, inside[index], owned, labels, metres)
         if polygon is not None:
-            rooms.append(_make_room(polygon, [labels[each] for each in owned[index]], layer))
+            rooms.append(_make_room(polygon, _without_other_numbers(own, form), layer))
     rooms = [room for room in rooms if room.polygon.area > 0]
     if not rooms or len(rooms) < MIN_NAMED * len(shapes):
         return _Group(tuple(rooms), layer)
@@ -358,18 +360,55 @@ def _tiles(group: _Group, labels: Sequence[_Label], metres: float | None) -> boo
 
 
 def _names_per_room(rooms: Sequence[DrawnRoom], labels: Sequence[_Label]) -> float:
-    """How many numbers or names of rooms stand in the median room."""
+    """How many numbers of rooms stand in the median room.
+
+    Desks and doors have numbers, too: those that are written alike in the most rooms are the rooms' own.
+    """
     stamps = [label for label in labels if label.stamp is not None and (label.stamp.number or label.stamp.name)]
-    counted = stamps or [label for label in labels if label.text is not None and _NUMBER.search(label.text.text)]
+    counted = [(label, "") for label in stamps]
+    if not stamps:
+        counted = [(label, form) for label in labels if (form := _form_of(label))]
     if not counted:
         return 0.0
-    points = shapely.points([[label.x, label.y] for label in counted])
+    points = shapely.points([[label.x, label.y] for label, _ in counted])
     pairs = _pairs(STRtree(points), [room.polygon for room in rooms], "intersects")
     if pairs is None:
         return float("inf")
-    return float(np.median(np.bincount(pairs[0], minlength=len(rooms))))
+    by_form: dict[str, NDArray[np.intp]] = defaultdict(lambda: np.zeros(len(rooms), np.intp))
+    for room, label in pairs.T.tolist():
+        by_form[counted[label][1]][room] += 1
+    most_common = max(by_form.values(), key=lambda counts: int((counts > 0).sum()), default=np.zeros(1, np.intp))
+    return float(np.median(most_common))
 
 
+def _form_of(label: _Label) -> str | None:
+    """How the number in a text is written, as 9.99 or A99; None without one."""
+    match = _NUMBER.search(label.text.text[:MAX_TEXT]) if label.text is not None else None
+    return _SIGNS.sub(_kind_of_sign, match[0]) if match else None
+
+
+def _common_form(rooms: Iterable[Sequence[_Label]]) -> str | None:
+    """The form of number that the most rooms have."""
+    counts = Counter(form for labels in rooms for form in {_form_of(label) for label in labels} if form)
+    return max(counts, key=lambda form: (counts[form], form), default=None)
+
+
+def _without_other_numbers(labels: Sequence[_Label], form: str | None) -> list[_Label]:
+    """The labels of a room without numbers of another form, as of desks, if it has one of this form."""
+    if not any(_form_of(label) == form for label in labels):
+        return list(labels)
+    return [label for label in labels if not (_is_number(label) and _form_of(label) != form)]
+
+
+def _is_number(label: _Label) -> bool:
+    return label.text is not None and bool(_NUMBER.fullmatch(label.text.text.strip()[:MAX_TEXT]))
+
+
+def _kind_of_sign(match: re.Match[str]) -> str:
+    return "9" if match[0].isdigit() else "A"
+
+
+_SIGNS = re.compile(r"[A-Za-z]+|\d")
 _NUMBER = re.compile(r"(?<![\w.,])(?:[A-Za-z]{0,3}[-.]?\d{1,4})(?:[.\-]\w{1,4})*(?![\w.,²]|\s*(?:m|qm|sf|x|'))")
 
 
