@@ -54,6 +54,7 @@ EXAMPLES = (
     "pianta read maps/*.yaml -o buildings --jobs 4",
     "pianta read plan.png -o building --type school",
     "pianta read drawings.pdf --page 3 -o building",
+    "pianta read floor.dxf --room-layers 'A-AREA*' --door-layers A-DOOR -o building",
     "pianta read ground.yaml first.yaml -o house --storey ground:0 --storey first:3.1",
     "pianta read map.yaml -o building --clean clean.yaml --explain",
     "pianta read run.bag -o building --topic /map",
@@ -96,6 +97,14 @@ As = Annotated[
 Page = Annotated[int | None, typer.Option(min=1, help="Page of a PDF.")]
 Symbols = Annotated[
     Path | None, typer.Option(metavar="FOLDER", help="PNGs of further symbols of plans; door*.png are doors.")
+]
+WallLayers = Annotated[
+    list[str] | None,
+    typer.Option(metavar="NAME", help="Layer of walls of a DXF, * for any letters; may be repeated."),
+]
+DoorLayers = Annotated[list[str] | None, typer.Option(metavar="NAME", help="The same for doors.")]
+RoomLayers = Annotated[
+    list[str] | None, typer.Option(metavar="NAME", help="The same for closed outlines, which then are the rooms.")
 ]
 Words = Annotated[Path | None, typer.Option(metavar="FILE", help="JSON with further words in names of rooms.")]
 Resolution = Annotated[
@@ -166,6 +175,9 @@ def read_maps(
     max_cells: MaxCells = MAX_CELLS,
     page: Page = None,
     symbols: Symbols = None,
+    wall_layers: WallLayers = None,
+    door_layers: DoorLayers = None,
+    room_layers: RoomLayers = None,
     words: Words = None,
     walls: Walls = False,
     graph: Graph = False,
@@ -195,6 +207,10 @@ def read_maps(
     Rooms of plans get the names that are written in them, from which their labels
     follow; several floors on a plan get a folder each, floor-1, floor-2, ….
 
+    Closed outlines with a text inside are the rooms of a DXF, exactly; what was
+    taken from which layer is printed, and --room-layers, --wall-layers and
+    --door-layers correct it.
+
     With --storey the files are storeys of one building, and building.json joins
     their folders. Stairs and lifts with one name on two storeys join these.
 
@@ -221,6 +237,9 @@ def read_maps(
         "max_cells": max_cells,
         "page": page,
         "symbols": symbols,
+        "wall_layers": _split_layers(wall_layers),
+        "door_layers": _split_layers(door_layers),
+        "room_layers": _split_layers(room_layers),
         "words": words,
         "building_type": building_type,
         "room_model": model,
@@ -247,6 +266,11 @@ def read_maps(
     else:
         readings = _read_several(maps, out, options, named, links, walls=walls, graph=graph, jobs=jobs, quiet=quiet)
     _finish(readings, out, json_file, expected=len(maps))
+
+
+def _split_layers(names: Sequence[str] | None) -> tuple[str, ...]:
+    """Names of layers, which a comma separates too: layers have none in their names."""
+    return tuple(name.strip() for text in names or () for name in text.split(",") if name.strip())
 
 
 def _finish(readings: Sequence[Reading], out: Path, json_file: Path | None, *, expected: int) -> None:
