@@ -47,7 +47,9 @@ def main() -> None:
             again = pianta.read(target, labels=False).floor
             counts = print_score(f"survey {item}", [room.polygon for room in floor], again)
             doors = len(pairs_of(floor) & pairs_of(again))
-            print(f"    pairs of rooms that doors join: {doors} of {len(pairs_of(floor))}, {len(pairs_of(again))} found")
+            print(
+                f"    pairs of rooms that doors join: {doors} of {len(pairs_of(floor))}, {len(pairs_of(again))} found"
+            )
             totals += (*counts, doors, len(pairs_of(floor)))
     print(f"survey: {totals[0]} of {totals[1]} rooms exact, {totals[2]} of {totals[3]} pairs joined")
 

@@ -34,7 +34,9 @@ def new_document(units: int = METRES) -> Any:
     return document
 
 
-def add_outlines(document: Any, *, layer: str = "A-AREA", factor: float = 1, shift: tuple[float, float] = (0, 0)) -> None:
+def add_outlines(
+    document: Any, *, layer: str = "A-AREA", factor: float = 1, shift: tuple[float, float] = (0, 0)
+) -> None:
     for bounds in ROOMS.values():
         add_box(document.modelspace(), bounds, layer, factor=factor, shift=shift)
 
@@ -80,7 +82,9 @@ def test_rooms_are_the_outlines_whatever_the_layer_and_the_unit(tmp_path, layer,
     if not units:
         for bounds in ROOMS.values():
             area = f"{box(*bounds).area:.2f} m²"
-            document.modelspace().add_text(area, height=150).set_placement((bounds[0] * 1000 + 500, bounds[1] * 1000 + 300))
+            document.modelspace().add_text(area, height=150).set_placement(
+                (bounds[0] * 1000 + 500, bounds[1] * 1000 + 300)
+            )
     assert bounds_by_title(read(document, tmp_path)) == TRUE_BOUNDS
 
 
@@ -119,7 +123,9 @@ def add_stamps(document: Any, *, nested: bool, **attributes: Any) -> None:
             document.modelspace().add_blockref(space.name, (x, y), dxfattribs={"rotation": 30})
             insert = (0, 0)
         reference = space.add_blockref("TIMBRO", insert, dxfattribs=place)
-        reference.add_auto_attribs({"NUMERO_VANO": room, "DENOMINAZIONE": name, "SUPERFICIE": f"{box(*bounds).area:.2f}"})
+        reference.add_auto_attribs(
+            {"NUMERO_VANO": room, "DENOMINAZIONE": name, "SUPERFICIE": f"{box(*bounds).area:.2f}"}
+        )
 
 
 @pytest.mark.parametrize("nested", [False, True])
@@ -167,7 +173,9 @@ def test_round_rooms_have_the_area_of_their_curves(tmp_path):
     """A half circle by a bulge beside a rectangle, and a closed ellipse."""
     document = new_document()
     space = document.modelspace()
-    space.add_lwpolyline([(0, 0, 0), (4, 0, 1), (4, 4, 0), (0, 4, 0)], format="xyb", close=True, dxfattribs={"layer": "R"})
+    space.add_lwpolyline(
+        [(0, 0, 0), (4, 0, 1), (4, 4, 0), (0, 4, 0)], format="xyb", close=True, dxfattribs={"layer": "R"}
+    )
     space.add_ellipse((-3.2, 2), (3, 0), 0.5, dxfattribs={"layer": "R"})
     for text, x in (("Hall", 1), ("Apse", -4)):
         space.add_text(text, height=0.3).set_placement((x, 2))
@@ -232,7 +240,9 @@ def test_rows_of_rooms_along_a_corridor_that_is_no_outline_are_one_floor(tmp_pat
     for (number, name), bounds in ROOMS.items():
         if name != "Corridor":
             add_box(document.modelspace(), bounds, "R")
-            document.modelspace().add_text(f"{number} {name}", height=0.2).set_placement((bounds[0] + 0.5, bounds[1] + 1))
+            document.modelspace().add_text(f"{number} {name}", height=0.2).set_placement(
+                (bounds[0] + 0.5, bounds[1] + 1)
+            )
     (placed,) = read(document, tmp_path).floors
     assert len(placed.floor) == len(ROOMS) - 1
 
@@ -250,9 +260,7 @@ def test_a_border_without_a_wall_is_an_opening(tmp_path):
     (placed,) = read(document, tmp_path).floors
     names = {room.id: room.name for room in placed.floor}
     openings = {frozenset(names[each] for each in door.room_ids): door.width for door in placed.floor.doors}
-    assert openings == pytest.approx(
-        {frozenset(["Kitchen", "Living"]): 5, frozenset(["Living", "Hall"]): 1}, abs=0.3
-    )
+    assert openings == pytest.approx({frozenset(["Kitchen", "Living"]): 5, frozenset(["Living", "Hall"]): 1}, abs=0.3)
     assert {door.kind for door in placed.floor.doors} == {"opening"}
 
 

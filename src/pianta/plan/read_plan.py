@@ -22,15 +22,11 @@ from pianta.io.drawings.sweethome3d import read_sweethome3d
 from pianta.io.images import Source, path_of
 from pianta.layout.reconstruct import DEFAULT_METHOD, check_method
 from pianta.plan.doors.lines import PlanDoors, find_doors
-<<<<<<< HEAD
 from pianta.plan.drawn_rooms.floors import read_drawn_floors
 from pianta.plan.drawn_rooms.layers import describe_layers, forget_walls
-from pianta.plan.scale import find_scale, refine_by_sizes
-from pianta.plan.sheets.drawn_sheet import draw_sheet
-=======
 from pianta.plan.scale.refined_scale import refine_scale
 from pianta.plan.scale.sheet_scale import find_scale
->>>>>>> wt-scale
+from pianta.plan.sheets.drawn_sheet import draw_sheet
 from pianta.plan.sheets.floors_on_sheet import reconstruct_sheet_floors
 from pianta.plan.sheets.map_or_plan import looks_like_drawing
 from pianta.plan.sheets.open_sheet import open_sheet
@@ -199,9 +195,7 @@ class _SheetOptions:
     with_text: bool
 
 
-def _read_dxf(
-    drawing: PlanDrawing, path: str | Path, layers: LayerChoice, options: _SheetOptions
-) -> PlanReading:
+def _read_dxf(drawing: PlanDrawing, path: str | Path, layers: LayerChoice, options: _SheetOptions) -> PlanReading:
     """The floors of a DXF: rooms that are drawn as outlines or enclosed by lines, else those of the drawn sheet."""
     drawn = read_drawn_floors(
         drawing, resolution=options.resolution, room_layers=layers.rooms, chosen_walls=bool(layers.walls)
@@ -264,14 +258,8 @@ def _read_sheet(sheet: Sheet, path: str | Path, options: _SheetOptions) -> PlanR
         )
         floors = reconstruct_sheet_floors(floor_map, doors, method=options.method, source=sheet.source)
     _check_floors(floors, path)
-<<<<<<< HEAD
-    scale = measured.scale
-    scale = scale if measured.is_stated else refine_by_sizes(scale, floors, texts, sheet.shape[0])
-    return PlanReading(_scale_and_name(floors, sheet, texts, scale), sheet, placed, sheet.px_per_unit)
-=======
     scale = refine_scale(measured, sheet, floors, class_map, texts)
-    return PlanReading(_scale_and_name(floors, sheet, texts, scale), sheet, placed)
->>>>>>> wt-scale
+    return PlanReading(_scale_and_name(floors, sheet, texts, scale), sheet, placed, sheet.px_per_unit)
 
 
 def _refuse_options(path: str | Path, options: Mapping[str, object]) -> None:

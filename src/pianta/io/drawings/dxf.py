@@ -274,7 +274,9 @@ class _Reader:
             self.pieces.add_stamp(DrawnStamp(x, y, number, name, area))
         elif stamp:
             x, y, _ = insert.ocs().to_wcs(insert.dxf.insert)
-            self.pieces.add_stamp(DrawnStamp(x, y, stamp.get("number", ""), stamp.get("name", ""), stamp.get("area", "")))
+            self.pieces.add_stamp(
+                DrawnStamp(x, y, stamp.get("number", ""), stamp.get("name", ""), stamp.get("area", ""))
+            )
 
     def _read_piece(self, entity: DXFGraphic, layer: str, role: Role, parents: tuple[_Block, ...]) -> None:
         """Add a curve, filled area or text to the pieces, and count others; parents: as for `read_entities`."""

@@ -46,7 +46,9 @@ def read_drawn_floors(
     about what was taken.
     """
     metres = resolution if resolution is not None else drawing.metres_per_unit
-    rooms: tuple[DrawnRoom, ...] = () if chosen_walls else find_room_outlines(drawing, metres=metres, chosen=room_layers)
+    rooms: tuple[DrawnRoom, ...] = (
+        () if chosen_walls else find_room_outlines(drawing, metres=metres, chosen=room_layers)
+    )
     if not rooms and not chosen_walls and resolution is None:
         # The unit in the header may be that of a template
         rooms = find_room_outlines(drawing, metres=None)
@@ -70,7 +72,9 @@ def _size_of(rooms: Sequence[DrawnRoom]) -> float:
 
 
 def _describe_outlines(rooms: Sequence[DrawnRoom]) -> str:
-    layers = ", ".join(f"{layer} {sum(room.layer == layer for room in rooms)}" for layer in dict.fromkeys(r.layer for r in rooms))
+    layers = ", ".join(
+        f"{layer} {sum(room.layer == layer for room in rooms)}" for layer in dict.fromkeys(r.layer for r in rooms)
+    )
     return f"rooms: closed outlines of layer {layers}, with the corners as drawn"
 
 
@@ -121,7 +125,9 @@ def _group_rooms(outlines: Sequence[shapely.Polygon], walls: Floats) -> list[lis
         same = lines[1:] == lines[:-1]
         first, second = np.append(first, touched[1:][same]), np.append(second, touched[:-1][same])
     numbers = _components(first, second, len(shapes))
-    hulls = np.array([shapely.union_all(shapes[numbers == number]).envelope for number in range(numbers.max() + 1)], object)
+    hulls = np.array(
+        [shapely.union_all(shapes[numbers == number]).envelope for number in range(numbers.max() + 1)], object
+    )
     one, other = STRtree(hulls).query(hulls, predicate="dwithin", distance=CORRIDOR_GAP)
     facing = [_overlap_along_an_axis(hulls[i], hulls[j]) for i, j in zip(one, other, strict=True)]
     numbers = _components(one[facing], other[facing], len(hulls))[numbers]

@@ -149,9 +149,7 @@ def _labels_of(drawing: PlanDrawing) -> list[_Label]:
     return [*(_Label(stamp.x, stamp.y, stamp=stamp) for stamp in drawing.stamps), *texts]
 
 
-def _group_of(
-    outlines: Sequence[DrawnOutline], labels: Sequence[_Label], layer: str, metres: float | None
-) -> _Group:
+def _group_of(outlines: Sequence[DrawnOutline], labels: Sequence[_Label], layer: str, metres: float | None) -> _Group:
     """The rooms of a layer: outlines with a text of their own, and those without among them."""
     shapes = _distinct(_polygons_of(outlines))
     if not shapes or not labels:
@@ -200,7 +198,11 @@ def _distinct(polygons: Sequence[Polygon]) -> list[Polygon]:
         size = max(right - left, top - bottom)
         middle = np.round([(left + right) / 2 / size, (bottom + top) / 2 / size], 2)
         # Neighbouring cells, so that rounding does not part the same outlines
-        keys = [(round(float(np.log(size)), 1), *(middle + (dx, dy)).round(2)) for dx in (-0.01, 0, 0.01) for dy in (-0.01, 0, 0.01)]
+        keys = [
+            (round(float(np.log(size)), 1), *(middle + (dx, dy)).round(2))
+            for dx in (-0.01, 0, 0.01)
+            for dy in (-0.01, 0, 0.01)
+        ]
         if not any(_is_same(polygon, other) for key in keys for other in boxes[key][:MAX_REPAIRED]):
             kept.append(polygon)
             boxes[keys[4]].append(polygon)
@@ -275,7 +277,9 @@ def _without_rooms_inside(
         fits = [each for each in (net, rest, whole) if abs(each.area * metres**2 / stated - 1) <= AREA_TOLERANCE]
         if fits and (fits[0] is not whole or not named):
             return fits[0]
-    free = [each for each in named if not any(shapes[hole].contains(shapes[each].point_on_surface()) for hole in around)]
+    free = [
+        each for each in named if not any(shapes[hole].contains(shapes[each].point_on_surface()) for hole in around)
+    ]
     if sum(shapes[each].area for each in free) >= GROSS_SHARE * whole.area:
         return None
     # Many small outlines in a room are furniture on the layer of the rooms

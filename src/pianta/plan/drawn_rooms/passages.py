@@ -26,9 +26,7 @@ MIN_WALLED_SHARE = 0.5  # of all borders have lines of walls: else the file draw
 STEP = 0.05  # along borders
 
 
-def find_passages(
-    rooms: Sequence[Room], *, named: Floats, unnamed: Floats, walls: Floats
-) -> list[Door]:
+def find_passages(rooms: Sequence[Room], *, named: Floats, unnamed: Floats, walls: Floats) -> list[Door]:
     """Doors between rooms, all in metres.
 
     named: doors that the file names, from jamb to jamb, shape (D, 2, 2). unnamed: leaves with arcs, likewise.
@@ -76,15 +74,22 @@ def _find_openings(rooms: Sequence[Room], doors: Sequence[Door], walls: Floats) 
             cover = shapely.union_all([line.buffer(gap + WALL_TOLERANCE, cap_style="flat") for line in along])
             total += border.length
             walled += shapely.intersection(border, cover).length if along else 0.0
-            between = [door.line.buffer(MAX_WALL) for door in doors if set(door.rooms) == {rooms[one].id, rooms[other].id}]
+            between = [
+                door.line.buffer(MAX_WALL) for door in doors if set(door.rooms) == {rooms[one].id, rooms[other].id}
+            ]
             free = shapely.difference(border, shapely.union_all([cover, *between])) if along or between else border
-            openings += [Door((rooms[one].id, rooms[other].id), part, float(part.length), "opening") for part in _long_parts(free)]
+            openings += [
+                Door((rooms[one].id, rooms[other].id), part, float(part.length), "opening")
+                for part in _long_parts(free)
+            ]
     return openings if total and walled >= MIN_WALLED_SHARE * total else []
 
 
 def _borders(one: Room, other: Room) -> Iterator[tuple[LineString, float]]:
     """The straight stretches of the outline of a room that face another one, and the gap between both."""
-    facing = shapely.intersection(one.polygon.exterior, other.polygon.buffer(MAX_WALL, cap_style="flat", join_style="mitre"))
+    facing = shapely.intersection(
+        one.polygon.exterior, other.polygon.buffer(MAX_WALL, cap_style="flat", join_style="mitre")
+    )
     merged = shapely.line_merge(facing) if facing.geom_type == "MultiLineString" else facing
     for part in shapely.get_parts(merged):
         if not isinstance(part, LineString):
