@@ -24,8 +24,12 @@ _TAGS: tuple[tuple[Meaning | None, re.Pattern[str]], ...] = (
         ),
     ),
     ("area", re.compile(r"area|flache|flaeche|superfic|surface|sqm|sqft|^m2$|^qm$|^mq$|^sf$|^n[gu]?f$|^nrf$|^sup$")),
-    ("name", re.compile(r"nam|bezeich|nutzung|descr|denomin|destinaz|nom$|nombre|nomb|^use$|usage|titel|title|funktion|function|uso$")),
-    ("number", re.compile(r"num|nr|no$|^n$|numero|codice|code|kennung|^nb$|schluss|rm$|^raum$|^room$|^local$|^locale$|^vano$|id$")),
+    ("name", re.compile(
+        r"nam|bezeich|nutzung|descr|denomin|destinaz|nom$|nombre|nomb|^use$|usage|titel|title|funktion|function|uso$"
+    )),
+    ("number", re.compile(
+        r"num|nr|no$|^n$|numero|codice|code|kennung|^nb$|schluss|rm$|^raum$|^room$|^local$|^locale$|^vano$|id$"
+    )),
 )  # fmt: skip
 _AREA = re.compile(r"(?:[^\d]*)[\d., ]+\s*(?:m2|m²|qm|mq|sqm|sq\.?\s?m|sf|sq\.?\s?ft|ft2|ft²)\.?", re.IGNORECASE)
 _NUMBER = re.compile(r"(?=.*\d)[\w.\-/ ]{1,12}")

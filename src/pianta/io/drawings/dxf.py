@@ -158,7 +158,7 @@ class _Reader:
 
     document: Drawing
     pieces: DrawnPieces
-    choice: LayerChoice = LayerChoice()
+    choice: LayerChoice = field(default_factory=LayerChoice)
     metres: float | None = None
     symbols: list[_Block] = field(default_factory=list)
     shaped: list[Floats] = field(default_factory=list)

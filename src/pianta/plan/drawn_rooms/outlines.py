@@ -199,7 +199,7 @@ def _distinct(polygons: Sequence[Polygon]) -> list[Polygon]:
         middle = np.round([(left + right) / 2 / size, (bottom + top) / 2 / size], 2)
         # Neighbouring cells, so that rounding does not part the same outlines
         keys = [
-            (round(float(np.log(size)), 1), *(middle + (dx, dy)).round(2))
+            (round(float(np.log(size)), 1), *np.add(middle, (dx, dy)).round(2))
             for dx in (-0.01, 0, 0.01)
             for dy in (-0.01, 0, 0.01)
         ]
@@ -254,7 +254,7 @@ def _shapes_within(shapes: Sequence[Polygon]) -> list[list[int]] | None:
     return within
 
 
-def _without_rooms_inside(
+def _without_rooms_inside(  # noqa: PLR0917
     index: int,
     shapes: Sequence[Polygon],
     inside: Sequence[int],
