@@ -20,7 +20,8 @@ from pianta.io.drawings.sweethome3d import read_sweethome3d
 from pianta.io.images import Source, path_of
 from pianta.layout.reconstruct import DEFAULT_METHOD, check_method
 from pianta.plan.doors.lines import PlanDoors, find_doors
-from pianta.plan.scale import find_scale, refine_by_sizes
+from pianta.plan.scale.refined_scale import refine_scale
+from pianta.plan.scale.sheet_scale import find_scale
 from pianta.plan.sheets.floors_on_sheet import reconstruct_sheet_floors
 from pianta.plan.sheets.map_or_plan import looks_like_drawing
 from pianta.plan.sheets.open_sheet import open_sheet
@@ -181,8 +182,7 @@ def read_plan(
         )
         floors = reconstruct_sheet_floors(floor_map, doors, method=method, source=sheet.source)
     _check_floors(floors, path)
-    scale = measured.scale
-    scale = scale if measured.is_stated else refine_by_sizes(scale, floors, texts, sheet.shape[0])
+    scale = refine_scale(measured, sheet, floors, class_map, texts)
     return PlanReading(_scale_and_name(floors, sheet, texts, scale), sheet, placed)
 
 
