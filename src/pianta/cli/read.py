@@ -17,6 +17,7 @@ from pianta.cli.terminal import (
     Quiet,
     counting_files,
     describe_floor,
+    format_area,
     make_table,
     print_error,
     print_result,
@@ -373,14 +374,15 @@ def _read_one(
 
 def _print_storey(storey: StoreyReading, folder: Path, *, label_unknown: bool) -> None:
     """Print the rooms of a storey, the type of its building, its messages, and where the results are."""
-    print_table(tabulate_rooms(storey.floor))
+    is_rough = storey.scale is not None and storey.scale.is_rough
+    print_table(tabulate_rooms(storey.floor, is_rough=is_rough))
     if storey.candidate_types:
         print_result(f"building: {describe_type(storey.floor, storey.candidate_types)}")
         if not storey.floor.building_type and not label_unknown:
             print_result(LABELS_LEFT_OUT)
     for line in storey.messages:
         print_result(line)
-    print_result(f"{describe_floor(storey.floor)}, in {folder}")
+    print_result(f"{describe_floor(storey.floor, is_rough=is_rough)}, in {folder}")
 
 
 def save_explanation(explanation: Explanation, path: Path) -> None:
@@ -399,7 +401,9 @@ def _print_one_of_several(result: Reading | Failure, *, quiet: bool) -> bool:
     for storey in () if quiet else result.storeys:
         building_type = f", {_name_type(storey.floor)}" if storey.candidate_types else ""
         folder = (result.folder or Path()) / storey.name
-        print_result("; ".join([f"{describe_floor(storey.floor)}{building_type}, in {folder}", *storey.messages]))
+        is_rough = storey.scale is not None and storey.scale.is_rough
+        described = f"{describe_floor(storey.floor, is_rough=is_rough)}{building_type}, in {folder}"
+        print_result("; ".join([described, *storey.messages]))
     return True
 
 
@@ -409,17 +413,17 @@ def _name_type(floor: Floor) -> str:
     return f"{types[0]} {floor.building_type[types[0]]:.2f}" if types else "unknown type"
 
 
-def tabulate_rooms(floor: Floor) -> Table:
+def tabulate_rooms(floor: Floor, *, is_rough: bool = False) -> Table:
     """Table of the rooms: id, area, doors, neighbours, openings, entrances, number, name, flag, label, seen, sure.
 
-    Those from openings on are columns if any room has them.
+    Those from openings on are columns if any room has them. is_rough: whether areas are uncertain; they are marked then.
     An entrance counts as an entrance only, not as a door or an opening.
     """
     graph = floor.graph()
     counts = Counter((room_id, door.kind) for door in floor.doors if not door.is_entrance for room_id in door.room_ids)
     columns = {
         "room": [str(room.id) for room in floor.rooms],
-        "area m²": [f"{room.polygon.area:.1f}" for room in floor.rooms],
+        "area m²": [format_area(room.polygon.area, is_rough=is_rough) for room in floor.rooms],
         "doors": [str(counts[room.id, "door"]) for room in floor.rooms],
         "openings": [str(counts[room.id, "opening"] or "") for room in floor.rooms],
         "entrances": [str(graph.nodes[room.id]["entrances"] or "") for room in floor.rooms],

@@ -20,6 +20,7 @@ STEP = 0.005  # of the logarithm of metres per pixel, between two scales that ar
 # Shares of the density that the two intervals hold
 USUAL_SHARE = 0.80
 WIDE_SHARE = 0.95
+LEAST_DENSITY = 1e-300  # above 0, for its logarithm
 RIGHT_FACTOR = 1.15  # a scale is right within this factor
 
 
@@ -28,11 +29,13 @@ class Measure:
     """Metres per pixel by one text, room or door.
 
     resolutions: more than one if it can be read in several ways, such as a size in feet or metres.
-    log_sd: standard deviation of the logarithm.
+    log_sd: standard deviation of the logarithm. rough_sd: the same if what was measured is not quite what is meant, as
+    a room that was cut; it is as likely as nonsense.
     """
 
     resolutions: tuple[float, ...]
     log_sd: float
+    rough_sd: float | None = None
 
 
 @dataclass(frozen=True)
@@ -74,7 +77,7 @@ def combine_evidence(evidence: Sequence[ScaleEvidence], *, low: float, high: flo
     """
     grid = np.linspace(log(low), log(high), round(log(high / low) / STEP) + 2)
     densities = np.array([density_of(each, grid) for each in evidence]).reshape(-1, len(grid))
-    logarithm = np.log(densities).sum(axis=0)
+    logarithm = np.log(np.maximum(densities, LEAST_DENSITY)).sum(axis=0)
     density = np.exp(logarithm - logarithm.max())
     density /= density.sum()
     reached = np.cumsum(density)
@@ -96,12 +99,19 @@ def density_of(evidence: ScaleEvidence, grid: Floats) -> Floats:
     even, step = 1 / (grid[-1] - grid[0]), float(grid[1] - grid[0])
     logarithm = np.zeros(len(grid))
     for measure in evidence.measures:
-        centres = np.log(np.array(measure.resolutions))[:, None]
-        normal = np.exp(-(((grid - centres) / measure.log_sd) ** 2) / 2).mean(axis=0)
-        normal /= measure.log_sd * np.sqrt(2 * np.pi)
-        logarithm += np.log((1 - evidence.doubt) * normal + evidence.doubt * even)
+        off = grid - np.log(np.array(measure.resolutions))[:, None]
+        doubtful = np.full(len(grid), even)
+        if measure.rough_sd is not None:
+            doubtful = (doubtful + _normal(off, measure.rough_sd)) / 2
+        density = (1 - evidence.doubt) * _normal(off, measure.log_sd) + evidence.doubt * doubtful
+        logarithm += np.log(np.maximum(density, LEAST_DENSITY))
     density = np.exp(logarithm - logarithm.max())
     if evidence.common_sd > 0:
         density = gaussian_filter1d(density, evidence.common_sd / step, mode="constant")
-    density /= max(float(density.sum()) * step, 1e-300)
+    density /= max(float(density.sum()) * step, LEAST_DENSITY)
     return np.asarray((1 - evidence.kind_doubt) * density + evidence.kind_doubt * even)
+
+
+def _normal(off: Floats, sd: float) -> Floats:
+    """The mean density, shape (N,), of normal distributions at offsets, shape (M, N)."""
+    return np.asarray(np.exp(-((off / sd) ** 2) / 2).mean(axis=0) / (sd * np.sqrt(2 * np.pi)))

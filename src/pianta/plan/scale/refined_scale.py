@@ -7,7 +7,9 @@ from dataclasses import dataclass
 
 from pianta.floor import Floor
 from pianta.io._files import count_noun
+from pianta.io.drawings.pdf import find_written_scale
 from pianta.plan.doors.swings import DoorWidth
+from pianta.plan.scale.dimension_lines import find_dimension_lines
 from pianta.plan.scale.evidence import Measure, ScaleEvidence, combine_evidence
 from pianta.plan.scale.room_evidence import by_look, home_probability, list_room_evidence
 from pianta.plan.scale.sheet_scale import LOOK, SheetScale
@@ -21,21 +23,33 @@ from pianta.plan.walls.segmentation import ClassMap
 class RefinedScaleParameters:
     """Errors of the evidence from doors, scale bars and the network, of the logarithm of a length."""
 
-    # The leaf of a door as it is drawn, m. In homes 0.61 to 0.86 (EN 1529 and BS 4787 leaves, and 0.6 to 0.87 drawn on
-    # six flats with written sizes); elsewhere 0.86 to 0.985 (DIN 18101), 0.91 (three feet)
-    home_door: float = 0.72
+    # The leaf of a door as it is drawn, m. In homes 0.61 to 0.86 by norms (EN 1529, BS 4787), and 0.6 to 0.87 on
+    # six flats whose scale is known; elsewhere 0.86 to 0.985 (DIN 18101), 0.91 (three feet)
+    home_door: float = 0.78
     home_door_sd: float = 0.16
     other_door: float = DOOR_WIDTH
     other_door_sd: float = 0.12
     least_doubt: float = 0.1  # that curves which agree are no single doors
     doubt_of_odd_doors: float = 0.6  # the same, if the look of the walls does not allow that width
     bar_sd: float = 0.02
+    # A scale such as 1:100, if the picture is the paper: it may have been cropped, resized or printed to fit
+    scanned_sd: float = 0.02
+    scanned_doubt: float = 0.4
+    min_scan: float = 100.0  # px per inch: lower ones, as 72 and 96, are those of screens
+    paper_sd: float = 0.03
+    paper_doubt: float = 0.6
+    paper_tolerance: float = 0.02  # share by which the sides of a picture may be off those of a paper
     # The network was trained on schools and offices; there its best size is right within 1.26 on the median plan
     network_sd: float = 0.35
     network_doubt: float = 0.2
 
 
 PARAMETERS = RefinedScaleParameters()
+
+# Sides of papers, inches
+PAPERS = {"A4": (8.27, 11.69), "A3": (11.69, 16.54), "A2": (16.54, 23.39), "A1": (23.39, 33.11), "A0": (33.11, 46.81)}
+PAPERS |= {"Letter": (8.5, 11.0), "Tabloid": (11.0, 17.0), "Arch D": (24.0, 36.0)}
+INCH = 0.0254  # m
 
 
 def refine_scale(
@@ -52,9 +66,10 @@ def refine_scale(
     if measured.is_stated:
         return measured.scale
     spaces = measure_spaces(floors, class_map, texts, height=sheet.shape[0])
-    at_home, longest = home_probability(spaces), max(sheet.shape)
+    at_home, longest = home_probability(spaces, texts), max(sheet.shape)
     evidence = [*list_room_evidence(spaces, texts), *_list_sheet_evidence(measured, at_home)]
-    evidence += [look for look in (by_look(spaces),) if look]
+    written = [find_dimension_lines(texts, sheet.ink), _by_written_scale(sheet, texts), by_look(spaces, at_home)]
+    evidence += [each for each in written if each is not None]
     limits = SHEET_PARAMETERS.min_sheet / longest, SHEET_PARAMETERS.max_sheet / longest
     combined = combine_evidence(evidence, low=limits[0], high=limits[1])
     sources = [each.text for each in combined.agreeing if not each.is_look]
@@ -91,3 +106,19 @@ def _by_doors(width: DoorWidth, doors_agree: bool, at_home: float) -> ScaleEvide
     metres = p.home_door**at_home * p.other_door ** (1 - at_home)
     sd = at_home * p.home_door_sd + (1 - at_home) * p.other_door_sd
     return ScaleEvidence(count_noun(width.count, "door"), (Measure((metres / width.px,), sd),), 0.0, doubt, 0.0)
+
+
+def _by_written_scale(sheet: Sheet, texts: Sequence[PlacedText]) -> ScaleEvidence | None:
+    """A scale such as 1:100, if the picture states its pixels per inch or has the shape of a paper."""
+    p, ratio = PARAMETERS, find_written_scale([text.text for text in texts])
+    if ratio is None:
+        return None
+    if sheet.px_per_inch is not None and sheet.px_per_inch >= p.min_scan:
+        measure = Measure((ratio * INCH / sheet.px_per_inch,), p.scanned_sd)
+        return ScaleEvidence(f"1:{ratio}", (measure,), 0.0, p.scanned_doubt, 0.0)
+    short, long = sorted(sheet.shape)
+    papers = [sides for sides in PAPERS.values() if abs(long / short * sides[0] / sides[1] - 1) <= p.paper_tolerance]
+    if not papers:
+        return None
+    measure = Measure(tuple(ratio * INCH * side / long for _, side in papers), p.paper_sd)
+    return ScaleEvidence(f"1:{ratio}", (measure,), 0.0, p.paper_doubt, 0.0)

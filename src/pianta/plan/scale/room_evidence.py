@@ -27,8 +27,9 @@ class RoomEvidenceParameters:
     # Written areas and sizes, against the floor of the room: rooms that were cut or joined are the doubt
     room_sd: float = 0.05
     written_common_sd: float = 0.025  # the walls' faces are found within a cell
-    written_doubt: float = 0.3
-    written_kind_doubt: float = 0.03
+    cut_room_sd: float = 0.25
+    written_doubt: float = 0.4
+    written_kind_doubt: float = 0.05  # furniture or dimension lines can cut all rooms of a sheet
     max_side_disagreement: float = 0.7  # of the logarithm: above, the sides of a size are not those of the room
     # A total, against all rooms together: with or without walls and balconies, of one floor or of several
     total_sd: float = 0.12
@@ -45,7 +46,7 @@ class RoomEvidenceParameters:
     other_sd: float = 0.45
     look_doubt: float = 0.1
     home_rooms: float = 16.0  # rooms of a sheet that is as likely a home as anything else
-    home_rooms_spread: float = 5.0  # of the logistic function of their number
+    home_rooms_spread: float = 10.0  # of the logistic function of their number
 
 
 PARAMETERS = RoomEvidenceParameters()
@@ -53,32 +54,38 @@ PARAMETERS = RoomEvidenceParameters()
 
 def list_room_evidence(spaces: Sequence[Space], texts: Sequence[PlacedText]) -> list[ScaleEvidence]:
     """The evidence of a sheet by its rooms. texts: all of the sheet."""
-    found = (_by_areas(spaces), _by_sizes(spaces), _by_total(spaces, texts), _by_names(spaces))
+    found = (_by_areas(spaces), _by_sizes(spaces), _by_total(spaces, texts), _by_names(spaces, texts))
     return [each for each in found if each is not None]
 
 
-def home_probability(spaces: Sequence[Space]) -> float:
-    """How likely a sheet shows a home, by the names of its rooms, or else by their number; 0 … 1."""
-    kinds = [kind.in_home for space in spaces for kind in _known_rooms(space) if kind.in_home is not None]
+def home_probability(spaces: Sequence[Space], texts: Sequence[PlacedText]) -> float:
+    """How likely a sheet shows a home, by the names of rooms on it, or else by their number; 0 … 1."""
+    kinds = _list_home_names(texts)
     if kinds:
         return (sum(kinds) + 0.1) / (len(kinds) + 0.2)
     p = PARAMETERS
     return 1 / (1 + float(np.exp((len(spaces) - p.home_rooms) / p.home_rooms_spread)))
 
 
+def _list_home_names(texts: Sequence[PlacedText]) -> list[bool]:
+    """For each name of a room that occurs in homes alone or elsewhere alone, whether it is of a home."""
+    kinds = (kind for text in texts for kind in find_known_rooms(text.text))
+    return [kind.in_home for kind in kinds if kind.in_home is not None]
+
+
 def _by_areas(spaces: Sequence[Space]) -> ScaleEvidence | None:
     """The areas that are written in rooms; several in one room, which are of open parts of it, add up."""
-    measures = []
+    measures: list[Measure] = []
     for space in spaces:
         areas = [area for text in space.texts if not states_total(text.text) and (area := _first_area(text))]
         if areas:
             total, step = sum(area.area for area in areas), max(area.step for area in areas)
-            measures.append(Measure((sqrt(total / space.area),), _rounded_sd(step / total)))
+            measures.append(Measure((sqrt(total / space.area),), _rounded_sd(step / total), PARAMETERS.cut_room_sd))
     return _written(measures, f"areas written in {count_noun(len(measures), 'room')}")
 
 
 def _by_sizes(spaces: Sequence[Space]) -> ScaleEvidence | None:
-    measures = []
+    measures: list[Measure] = []
     for space in spaces:
         for text in space.texts:
             ratios = [
@@ -97,7 +104,7 @@ def _fit_sizes(ratios: Sequence[tuple[float, float]]) -> Iterator[Measure]:
     close = [ratio for ratio, each in zip(ratios, off, strict=True) if each <= min(off) + PARAMETERS.room_sd]
     if close and min(off) <= PARAMETERS.max_side_disagreement:
         sd = sqrt(PARAMETERS.room_sd**2 + (min(off) / 2) ** 2)
-        yield Measure(tuple(sqrt(first * second) for first, second in close), sd)
+        yield Measure(tuple(sqrt(first * second) for first, second in close), sd, PARAMETERS.cut_room_sd)
 
 
 def _written(measures: Sequence[Measure], text: str) -> ScaleEvidence | None:
@@ -122,11 +129,13 @@ def _by_total(spaces: Sequence[Space], texts: Sequence[PlacedText]) -> ScaleEvid
     return ScaleEvidence("the total area", (measure,), 0.0, p.total_doubt, 0.0)
 
 
-def _by_names(spaces: Sequence[Space]) -> ScaleEvidence | None:
+def _by_names(spaces: Sequence[Space], texts: Sequence[PlacedText]) -> ScaleEvidence | None:
     """The usual areas of rooms with these names; those of one room with several names add up."""
-    p, measures = PARAMETERS, []
-    in_home = home_probability(spaces) >= 0.5
+    p, measures = PARAMETERS, list[Measure]()
+    names = _list_home_names(texts)
+    in_home = 2 * sum(names) >= len(names) > 0
     for space in spaces:
+        # What is WC or study in homes has other sizes elsewhere
         kinds = [kind for kind in _known_rooms(space) if in_home == (kind.in_home is not False)]
         if kinds:
             area, sd = sum(kind.area for kind in kinds), max(kind.log_sd for kind in kinds)
@@ -137,12 +146,15 @@ def _by_names(spaces: Sequence[Space]) -> ScaleEvidence | None:
     return ScaleEvidence(text, tuple(measures), p.names_common_sd, p.names_doubt, p.names_kind_doubt)
 
 
-def by_look(spaces: Sequence[Space]) -> ScaleEvidence | None:
-    """How large the rooms of homes, and those of other buildings, usually are."""
+def by_look(spaces: Sequence[Space], at_home: float) -> ScaleEvidence | None:
+    """How large the rooms of homes, and those of other buildings, usually are.
+
+    at_home: probability that the sheet shows a home.
+    """
     areas = np.sort([space.area for space in spaces])
     if not len(areas):
         return None
-    p, reached, at_home = PARAMETERS, np.cumsum(areas), home_probability(spaces)
+    p, reached = PARAMETERS, np.cumsum(areas)
     middle = float(areas[int(np.searchsorted(reached, reached[-1] / 2))])
     area = p.home_area**at_home * p.other_area ** (1 - at_home)
     # Between the two kinds of buildings the error of taking one for the other adds up

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -84,6 +85,17 @@ class PlanScale:
         """Whether areas are too uncertain to be given without a mark."""
         return self.is_look or self.area_factor >= ROUGH_AREA_FACTOR
 
+    def as_json(self) -> dict[str, Any]:
+        """The scale as an object of JSON: metres per pixel, between which they lie, and where they come from."""
+        return {
+            "metres_per_pixel": self.resolution,
+            "interval": self.interval and [*self.interval],
+            "wide_interval": self.wide_interval and [*self.wide_interval],
+            "sources": self.source.split(", "),
+            "confidence": self.confidence,
+            "is_rough": self.is_rough,
+        }
+
     def describe(self, *, px_per_unit: float = 1.0) -> str:
         """Describe the scale in one line, in the unit that `resolution=` takes.
 
@@ -121,7 +133,8 @@ class Sheet:
     colors: shape (H, W, 3), red, green, blue. walls: shape (H, W), what the file names wall; None for pictures.
     doors: shape (D, 2, 2), from jamb to jamb, row and col in continuous pixels, of doors that the file names.
     texts: None if they must be read from the pixels. resolution: metres per pixel, None if the file does not state it.
-    px_per_unit: pixels per unit of the file, 1 for a picture. source: the name of the file.
+    px_per_unit: pixels per unit of the file, 1 for a picture. px_per_inch: of a picture, None if it does not state them.
+    source: the name of the file.
     """
 
     colors: Colors
@@ -130,6 +143,7 @@ class Sheet:
     texts: tuple[PlacedText, ...] | None = None
     resolution: float | None = None
     px_per_unit: float = 1.0
+    px_per_inch: float | None = None
     source: str = ""
 
     @property

@@ -8,6 +8,8 @@ FOOT, INCH = 0.3048, 0.0254  # m
 MAX_TEXT_LENGTH = 200  # characters of a text that may state a size: files of drawings may hold anything
 SHORTEST_SIDE = 0.5  # m of a room
 LONGEST_SIDE = 60.0  # m
+SHORTEST_LENGTH = 0.1  # m of a dimension
+LONGEST_LENGTH = 200.0  # m
 # Numbers without a unit, by what plans write: 12 x 11 feet, 3.2 x 4.5 m, 322 x 347 cm, 3220 x 3470 mm
 SHORTEST_CM = 100
 SHORTEST_MM = 1000
@@ -53,6 +55,18 @@ def parse_possible_sizes(text: str) -> tuple[tuple[float, float], ...]:
     units = set.intersection(*stated) if stated else first.keys() & second.keys()
     sides = [(first.get(unit, 0.0), second.get(unit, 0.0)) for unit in sorted(units)]
     return tuple(size for size in sides if min(size) >= SHORTEST_SIDE and max(size) <= LONGEST_SIDE)
+
+
+def parse_possible_lengths(text: str) -> tuple[float, ...]:
+    """The metres that a length alone, such as 3900, 3,90, 12'-6" or 350 cm, may mean; none for other texts.
+
+    A number of less than three digits without a unit counts only with two decimals: rooms are numbered.
+    """
+    plain = text.translate(_SIGNS).strip(" ()") if len(text) <= MAX_TEXT_LENGTH else ""
+    if re.fullmatch(r"\d{1,2}(?:[.,]\d|\s?-\s?\d{1,2})?", plain):
+        return ()
+    lengths = (metres for _, metres in sorted(_read_side(plain).items()))
+    return tuple(metres for metres in lengths if SHORTEST_LENGTH <= metres <= LONGEST_LENGTH)
 
 
 def _read_side(text: str) -> dict[str, float]:
