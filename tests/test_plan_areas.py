@@ -109,8 +109,8 @@ def test_totals_are_named(text):
     ],
 )
 def test_sizes_in_all_possible_units(text, sizes):
-    found = sorted(parse_possible_sizes(text))
-    assert found == [pytest.approx(size, abs=0.001) for size in sorted(sizes)]
+    parsed = sorted(parse_possible_sizes(text))
+    assert parsed == [pytest.approx(size, abs=0.001) for size in sorted(sizes)]
 
 
 @pytest.mark.parametrize(

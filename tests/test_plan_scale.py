@@ -1,4 +1,4 @@
-"""The scale of a plan by all its evidence: what agrees counts, nonsense does not, and doubt is told."""
+"""The scale of a plan by all its evidence: what agrees counts, nonsense does not, and errors are described."""
 
 from math import log, sqrt
 
@@ -30,13 +30,15 @@ def placed(text: str, row: float, col: float, *, height: float = 8.0) -> PlacedT
     return PlacedText(text, np.array([(top, left), (top, right), (bottom, right), (bottom, left)]))
 
 
-def evidence(text: str, *resolutions: float, sd: float = 0.05, doubt: float = 0.2, **rest: float) -> ScaleEvidence:
+def evidence(
+    text: str, *resolutions: float, sd: float = 0.05, outlier_rate: float = 0.2, **rest: float
+) -> ScaleEvidence:
     measures = tuple(Measure((each,), sd) for each in resolutions)
-    return ScaleEvidence(text, measures, rest.get("common", 0.0), doubt, rest.get("kind", 0.0))
+    return ScaleEvidence(text, measures, rest.get("common", 0.0), outlier_rate, rest.get("kind", 0.0))
 
 
-def test_one_measure_without_doubt_is_the_scale_and_its_error():
-    combined = combine_evidence([evidence("one", 0.02, sd=0.1, doubt=0.0)], **LIMITS)
+def test_one_certain_measure_is_the_scale_and_its_error():
+    combined = combine_evidence([evidence("one", 0.02, sd=0.1, outlier_rate=0.0)], **LIMITS)
     assert combined.resolution == pytest.approx(0.02, rel=0.01)
     # 80 % of a normal distribution lie within 1.2816 standard deviations, 95 % within 1.96
     assert [abs(log(end / 0.02)) for end in combined.usual] == pytest.approx([0.128, 0.128], abs=0.01)
@@ -46,13 +48,13 @@ def test_one_measure_without_doubt_is_the_scale_and_its_error():
 
 
 def test_two_measures_meet_in_the_middle_and_are_surer():
-    combined = combine_evidence([evidence("both", 0.019, 0.021, sd=0.1, doubt=0.0)], **LIMITS)
+    combined = combine_evidence([evidence("both", 0.019, 0.021, sd=0.1, outlier_rate=0.0)], **LIMITS)
     assert combined.resolution == pytest.approx(sqrt(0.019 * 0.021), rel=0.01)
     assert log(combined.usual[1] / combined.usual[0]) == pytest.approx(2 * 0.128 / sqrt(2), abs=0.015)
 
 
 def test_a_common_error_does_not_shrink_with_more_measures():
-    many = evidence("many", *[0.02] * 50, sd=0.05, doubt=0.0, common=0.1)
+    many = evidence("many", *[0.02] * 50, sd=0.05, outlier_rate=0.0, common=0.1)
     combined = combine_evidence([many], **LIMITS)
     assert log(combined.usual[1] / combined.resolution) == pytest.approx(0.128, abs=0.015)
 
@@ -78,8 +80,8 @@ def test_without_evidence_every_scale_is_possible():
 
 
 @given(st.lists(st.floats(0.002, 5.0), min_size=1, max_size=8), st.floats(0.01, 0.6), st.floats(0.01, 0.9))
-def test_the_intervals_hold_the_scale(resolutions, sd, doubt):
-    combined = combine_evidence([evidence("any", *resolutions, sd=sd, doubt=doubt)], **LIMITS)
+def test_the_intervals_hold_the_scale(resolutions, sd, outlier_rate):
+    combined = combine_evidence([evidence("any", *resolutions, sd=sd, outlier_rate=outlier_rate)], **LIMITS)
     (low, high), (lowest, highest) = combined.usual, combined.wide
     assert 1e-3 <= lowest <= low <= combined.resolution <= high <= highest <= 10.0001
     assert 0 <= combined.certainty <= 1.0001
@@ -205,7 +207,7 @@ def test_doors_give_the_scale():
     assert 0.78 / 40 * 0.95 < scale.resolution < 0.9 / 40 * 1.05
 
 
-def test_the_look_alone_is_told_and_marks_the_areas():
+def test_the_look_alone_is_a_source_and_marks_the_areas():
     scale = refine()
     assert (scale.source, scale.is_look, scale.is_rough) == (LOOK, True, True)
     assert "areas may be wrong by a factor of" in str(scale)
@@ -239,9 +241,9 @@ def test_a_dimension_line_ends_at_its_ticks(is_level):
         # From below upwards, as texts beside upright lines are read
         corners = text.corners[:, ::-1]
         text = PlacedText(text.text, np.array([corners[1], corners[0], corners[3], corners[2]])[[0, 1, 2, 3]])
-    found = find_dimension_lines([text], ink.astype(bool))
-    assert found is not None
-    assert any(each == pytest.approx(0.01, rel=0.03) for each in found.measures[0].resolutions)
+    lines = find_dimension_lines([text], ink.astype(bool))
+    assert lines is not None
+    assert any(each == pytest.approx(0.01, rel=0.03) for each in lines.measures[0].resolutions)
 
 
 def test_numbers_of_rooms_are_no_dimensions():
@@ -252,12 +254,12 @@ def test_numbers_of_rooms_are_no_dimensions():
     assert measure_line(placed("2000", 20, 200), ink) == ()
 
 
-def test_a_scale_describes_its_value_interval_sources_and_doubt():
+def test_a_scale_describes_its_value_interval_sources_and_outlier_rate():
     scale = PlanScale(0.03, "7 doors", 0.9, interval=(0.0285, 0.0316), wide_interval=(0.0275, 0.0327))
     assert str(scale) == "0.03 m per pixel, 0.0285 to 0.0316 (7 doors)"
-    doubted = PlanScale(0.03, "7 doors", 0.5, interval=(0.025, 0.036), wide_interval=(0.02, 0.045))
-    assert str(doubted).endswith("; areas may be wrong by a factor of 2.2, give the resolution")
-    assert (scale.is_rough, doubted.is_rough) == (False, True)
+    rough = PlanScale(0.03, "7 doors", 0.5, interval=(0.025, 0.036), wide_interval=(0.02, 0.045))
+    assert str(rough).endswith("; areas may be wrong by a factor of 2.2, give the resolution")
+    assert (scale.is_rough, rough.is_rough) == (False, True)
     stated = PlanScale(0.005, "the given resolution", 1.0)
     assert stated.describe(px_per_unit=4.0) == "0.02 m per drawing unit (the given resolution)"
     assert (stated.area_factor, stated.is_rough) == (1, False)

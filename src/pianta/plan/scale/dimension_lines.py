@@ -31,8 +31,8 @@ class DimensionLineParameters:
     n_marks: int = 3  # on each side of the text that may be the end of its line
     line_sd: float = 0.03
     common_sd: float = 0.01
-    doubt: float = 0.4
-    kind_doubt: float = 0.05  # of one line, and less of several: lines are misread one by one
+    outlier_rate: float = 0.4
+    failure_rate: float = 0.05  # of one line, and less of several: lines are misread one by one
 
 
 PARAMETERS = DimensionLineParameters()
@@ -54,7 +54,7 @@ def find_dimension_lines(texts: Sequence[PlacedText], ink: Mask) -> ScaleEvidenc
     if not measures:
         return None
     text = count_noun(len(measures), "dimension line")
-    return ScaleEvidence(text, tuple(measures), p.common_sd, p.doubt, p.kind_doubt / len(measures))
+    return ScaleEvidence(text, tuple(measures), p.common_sd, p.outlier_rate, p.failure_rate / len(measures))
 
 
 def _without_room_numbers(texts: Sequence[PlacedText]) -> Sequence[PlacedText]:
@@ -62,11 +62,11 @@ def _without_room_numbers(texts: Sequence[PlacedText]) -> Sequence[PlacedText]:
 
     Most dimensions end in 0 or 5, as a fifth of the numbers of rooms.
     """
-    whole = [text for text in texts if _WHOLE_NUMBER.fullmatch(text.text.strip())]
-    even = sum(text.text.strip()[-1] in "05" for text in whole)
-    if even >= PARAMETERS.min_rounded * len(whole):
+    numbers = [text for text in texts if _WHOLE_NUMBER.fullmatch(text.text.strip())]
+    even = sum(text.text.strip()[-1] in "05" for text in numbers)
+    if even >= PARAMETERS.min_rounded * len(numbers):
         return texts
-    return [text for text in texts if text not in whole]
+    return [text for text in texts if text not in numbers]
 
 
 def measure_line(text: PlacedText, ink: Mask) -> tuple[float, ...]:

@@ -43,15 +43,15 @@ class ScaleEvidence:
     """Metres per pixel by one kind of evidence.
 
     text: what it is, in words, such as "8 doors". measures: each on its own. common_sd: standard deviation of the
-    logarithm of the factor by which all measures are off together. doubt: probability that one measure is nonsense.
-    kind_doubt: probability that all are. is_look: whether it says nothing but how buildings usually look.
+    logarithm of the factor by which all measures are off together. outlier_rate: probability that one measure is
+    nonsense. failure_rate: that all are. is_look: whether it says nothing but how buildings usually look.
     """
 
     text: str
     measures: tuple[Measure, ...]
     common_sd: float
-    doubt: float
-    kind_doubt: float
+    outlier_rate: float
+    failure_rate: float
     is_look: bool = False
 
 
@@ -103,13 +103,13 @@ def density_of(evidence: ScaleEvidence, grid: Floats) -> Floats:
         doubtful = np.full(len(grid), even)
         if measure.rough_sd is not None:
             doubtful = (doubtful + _normal(off, measure.rough_sd)) / 2
-        density = (1 - evidence.doubt) * _normal(off, measure.log_sd) + evidence.doubt * doubtful
+        density = (1 - evidence.outlier_rate) * _normal(off, measure.log_sd) + evidence.outlier_rate * doubtful
         logarithm += np.log(np.maximum(density, LEAST_DENSITY))
     density = np.exp(logarithm - logarithm.max())
     if evidence.common_sd > 0:
         density = gaussian_filter1d(density, evidence.common_sd / step, mode="constant")
     density /= max(float(density.sum()) * step, LEAST_DENSITY)
-    return np.asarray((1 - evidence.kind_doubt) * density + evidence.kind_doubt * even)
+    return np.asarray((1 - evidence.failure_rate) * density + evidence.failure_rate * even)
 
 
 def _normal(off: Floats, sd: float) -> Floats:

@@ -10,11 +10,11 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
-# Names in English, Italian, German, French, Spanish, Portuguese and some others. The median of bedrooms is measured: it
-# alone gives the scale of 16 named house plans within a factor of 1.27 (shared/reference/plans-review.md). The others
-# are what norms and guides ask for (Neufert; the English space standard of 2015; Building Bulletin 103 for schools), and
-# their spreads are estimates, wide on purpose. The layouts in shared/data/buildings are no source: by the widths of
-# doors in them an office has 48 m².
+# Names in English, Italian, German, French, Spanish, Portuguese and some others. The median of bedrooms is measured:
+# it alone gives the scale of 16 named house plans within a factor of 1.27 (shared/reference/plans-review.md). The
+# others are what norms and guides ask for (Neufert; the English space standard of 2015; Building Bulletin 103 for
+# schools), and their spreads are estimates, wide on purpose. The layouts in shared/data/buildings are no source: by
+# the widths of doors in them an office has 48 m².
 KNOWN_ROOMS = Path(__file__).with_name("known_rooms.json")
 MAX_TEXT_LENGTH = 100  # characters of a text that may be a name
 SHORTEST_WORD = 4  # letters of a name that may stand among other words; shorter ones must stand alone
@@ -42,8 +42,8 @@ def find_known_rooms(text: str) -> tuple[KnownRoom, ...]:
     if len(text) > MAX_TEXT_LENGTH:
         return ()
     parts = [part for part in map(fold_name, re.split(r"[/&+,()]", text)) if part]
-    found = (room for part in parts if (room := _find_in_part(part)))
-    return tuple(dict.fromkeys(found))
+    rooms = (room for part in parts if (room := _find_in_part(part)))
+    return tuple(dict.fromkeys(rooms))
 
 
 def fold_name(text: str) -> str:

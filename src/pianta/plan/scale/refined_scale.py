@@ -29,19 +29,19 @@ class RefinedScaleParameters:
     home_door_sd: float = 0.16
     other_door: float = DOOR_WIDTH
     other_door_sd: float = 0.12
-    least_doubt: float = 0.1  # that curves which agree are no single doors
-    doubt_of_odd_doors: float = 0.6  # the same, if the look of the walls does not allow that width
+    least_outlier_rate: float = 0.1  # that curves which agree are no single doors
+    odd_doors_outlier_rate: float = 0.6  # the same, if the look of the walls does not allow that width
     bar_sd: float = 0.02
     # A scale such as 1:100, if the picture is the paper: it may have been cropped, resized or printed to fit
     scanned_sd: float = 0.02
-    scanned_doubt: float = 0.4
+    scanned_outlier_rate: float = 0.4
     min_scan: float = 100.0  # px per inch: lower ones, as 72 and 96, are those of screens
     paper_sd: float = 0.03
-    paper_doubt: float = 0.6
+    paper_outlier_rate: float = 0.6
     paper_tolerance: float = 0.02  # share by which the sides of a picture may be off those of a paper
     # The network was trained on schools and offices; there its best size is right within 1.26 on the median plan
     network_sd: float = 0.35
-    network_doubt: float = 0.2
+    network_outlier_rate: float = 0.2
 
 
 PARAMETERS = RefinedScaleParameters()
@@ -94,18 +94,18 @@ def _list_sheet_evidence(measured: SheetScale, at_home: float) -> list[ScaleEvid
     if not measured.doors_agree:
         # On homes the network takes rooms for those of a school
         measure = Measure((DOOR_WIDTH / measured.door_px,), p.network_sd)
-        doubt = at_home + (1 - at_home) * p.network_doubt
-        evidence.append(ScaleEvidence(LOOK, (measure,), 0.0, doubt, 0.0, is_look=True))
+        outlier_rate = at_home + (1 - at_home) * p.network_outlier_rate
+        evidence.append(ScaleEvidence(LOOK, (measure,), 0.0, outlier_rate, 0.0, is_look=True))
     return evidence
 
 
 def _by_doors(width: DoorWidth, doors_agree: bool, at_home: float) -> ScaleEvidence:  # noqa: FBT001
     """The width on which doors agree is that of a leaf. doors_agree: whether the look of the walls allows it."""
     p = PARAMETERS
-    doubt = max(1 - width.confidence, p.least_doubt if doors_agree else p.doubt_of_odd_doors)
+    outlier_rate = max(1 - width.confidence, p.least_outlier_rate if doors_agree else p.odd_doors_outlier_rate)
     metres = p.home_door**at_home * p.other_door ** (1 - at_home)
     sd = at_home * p.home_door_sd + (1 - at_home) * p.other_door_sd
-    return ScaleEvidence(count_noun(width.count, "door"), (Measure((metres / width.px,), sd),), 0.0, doubt, 0.0)
+    return ScaleEvidence(count_noun(width.count, "door"), (Measure((metres / width.px,), sd),), 0.0, outlier_rate, 0.0)
 
 
 def _by_written_scale(sheet: Sheet, texts: Sequence[PlacedText]) -> ScaleEvidence | None:
@@ -115,10 +115,10 @@ def _by_written_scale(sheet: Sheet, texts: Sequence[PlacedText]) -> ScaleEvidenc
         return None
     if sheet.px_per_inch is not None and sheet.px_per_inch >= p.min_scan:
         measure = Measure((ratio * INCH / sheet.px_per_inch,), p.scanned_sd)
-        return ScaleEvidence(f"1:{ratio}", (measure,), 0.0, p.scanned_doubt, 0.0)
+        return ScaleEvidence(f"1:{ratio}", (measure,), 0.0, p.scanned_outlier_rate, 0.0)
     short, long = sorted(sheet.shape)
     papers = [sides for sides in PAPERS.values() if abs(long / short * sides[0] / sides[1] - 1) <= p.paper_tolerance]
     if not papers:
         return None
     measure = Measure(tuple(ratio * INCH * side / long for _, side in papers), p.paper_sd)
-    return ScaleEvidence(f"1:{ratio}", (measure,), 0.0, p.paper_doubt, 0.0)
+    return ScaleEvidence(f"1:{ratio}", (measure,), 0.0, p.paper_outlier_rate, 0.0)

@@ -24,27 +24,27 @@ from pianta.plan.text.sizes import parse_possible_sizes
 class RoomEvidenceParameters:
     """Errors of the evidence from rooms."""
 
-    # Written areas and sizes, against the floor of the room: rooms that were cut or joined are the doubt
+    # Written areas and sizes, against the floor of the room: rooms that were cut or joined are outliers
     room_sd: float = 0.05
     written_common_sd: float = 0.025  # the walls' faces are found within a cell
     cut_room_sd: float = 0.25
-    written_doubt: float = 0.4
-    written_kind_doubt: float = 0.05  # furniture or dimension lines can cut all rooms of a sheet
+    written_outlier_rate: float = 0.4
+    written_failure_rate: float = 0.05  # furniture or dimension lines can cut all rooms of a sheet
     max_side_disagreement: float = 0.7  # of the logarithm: above, the sides of a size are not those of the room
     # A total, against all rooms together: with or without walls and balconies, of one floor or of several
     total_sd: float = 0.12
-    total_doubt: float = 0.3
+    total_outlier_rate: float = 0.3
     rooms_of_total: float = 0.93  # of a total is floor of rooms, the rest walls
     # Names: dwellings are large or small as a whole
     names_common_sd: float = 0.1
-    names_doubt: float = 0.12
-    names_kind_doubt: float = 0.05
+    names_outlier_rate: float = 0.12
+    names_failure_rate: float = 0.05
     # The look: the floor on which a random spot of all rooms lies, m², and the error of a length by it
     home_area: float = 16.0
     home_sd: float = 0.27
     other_area: float = 45.0
     other_sd: float = 0.45
-    look_doubt: float = 0.1
+    room_look_outlier_rate: float = 0.1
     home_rooms: float = 16.0  # rooms of a sheet that is as likely a home as anything else
     home_rooms_spread: float = 10.0  # of the logistic function of their number
 
@@ -54,8 +54,8 @@ PARAMETERS = RoomEvidenceParameters()
 
 def list_room_evidence(spaces: Sequence[Space], texts: Sequence[PlacedText]) -> list[ScaleEvidence]:
     """The evidence of a sheet by its rooms. texts: all of the sheet."""
-    found = (_by_areas(spaces), _by_sizes(spaces), _by_total(spaces, texts), _by_names(spaces, texts))
-    return [each for each in found if each is not None]
+    by_kind = (_by_areas(spaces), _by_sizes(spaces), _by_total(spaces, texts), _by_names(spaces, texts))
+    return [each for each in by_kind if each is not None]
 
 
 def home_probability(spaces: Sequence[Space], texts: Sequence[PlacedText]) -> float:
@@ -69,8 +69,8 @@ def home_probability(spaces: Sequence[Space], texts: Sequence[PlacedText]) -> fl
 
 def _list_home_names(texts: Sequence[PlacedText]) -> list[bool]:
     """For each name of a room that occurs in homes alone or elsewhere alone, whether it is of a home."""
-    kinds = (kind for text in texts for kind in find_known_rooms(text.text))
-    return [kind.in_home for kind in kinds if kind.in_home is not None]
+    rooms = (room for text in texts for room in find_known_rooms(text.text))
+    return [room.in_home for room in rooms if room.in_home is not None]
 
 
 def _by_areas(spaces: Sequence[Space]) -> ScaleEvidence | None:
@@ -111,7 +111,7 @@ def _written(measures: Sequence[Measure], text: str) -> ScaleEvidence | None:
     p = PARAMETERS
     if not measures:
         return None
-    return ScaleEvidence(text, tuple(measures), p.written_common_sd, p.written_doubt, p.written_kind_doubt)
+    return ScaleEvidence(text, tuple(measures), p.written_common_sd, p.written_outlier_rate, p.written_failure_rate)
 
 
 def _by_total(spaces: Sequence[Space], texts: Sequence[PlacedText]) -> ScaleEvidence | None:
@@ -126,7 +126,7 @@ def _by_total(spaces: Sequence[Space], texts: Sequence[PlacedText]) -> ScaleEvid
     # The largest is that of the whole, if several are stated
     largest = max(area.area for area in totals)
     measure = Measure((sqrt(largest * p.rooms_of_total / floor),), p.total_sd)
-    return ScaleEvidence("the total area", (measure,), 0.0, p.total_doubt, 0.0)
+    return ScaleEvidence("the total area", (measure,), 0.0, p.total_outlier_rate, 0.0)
 
 
 def _by_names(spaces: Sequence[Space], texts: Sequence[PlacedText]) -> ScaleEvidence | None:
@@ -136,14 +136,14 @@ def _by_names(spaces: Sequence[Space], texts: Sequence[PlacedText]) -> ScaleEvid
     in_home = 2 * sum(names) >= len(names) > 0
     for space in spaces:
         # What is WC or study in homes has other sizes elsewhere
-        kinds = [kind for kind in _known_rooms(space) if in_home == (kind.in_home is not False)]
-        if kinds:
-            area, sd = sum(kind.area for kind in kinds), max(kind.log_sd for kind in kinds)
+        rooms = [room for room in _known_rooms(space) if in_home == (room.in_home is not False)]
+        if rooms:
+            area, sd = sum(room.area for room in rooms), max(room.log_sd for room in rooms)
             measures.append(Measure((sqrt(area / space.area),), sd / 2))
     if not measures:
         return None
     text = f"the names of {count_noun(len(measures), 'room')}"
-    return ScaleEvidence(text, tuple(measures), p.names_common_sd, p.names_doubt, p.names_kind_doubt)
+    return ScaleEvidence(text, tuple(measures), p.names_common_sd, p.names_outlier_rate, p.names_failure_rate)
 
 
 def by_look(spaces: Sequence[Space], at_home: float) -> ScaleEvidence | None:
@@ -161,12 +161,12 @@ def by_look(spaces: Sequence[Space], at_home: float) -> ScaleEvidence | None:
     between = at_home * (1 - at_home) * (log(p.other_area / p.home_area) / 2) ** 2
     sd = sqrt(at_home * p.home_sd**2 + (1 - at_home) * p.other_sd**2 + between)
     measure = Measure((sqrt(area / middle),), sd)
-    return ScaleEvidence("the sizes of rooms", (measure,), 0.0, p.look_doubt, 0.0, is_look=True)
+    return ScaleEvidence("the sizes of rooms", (measure,), 0.0, p.room_look_outlier_rate, 0.0, is_look=True)
 
 
 def _known_rooms(space: Space) -> tuple[KnownRoom, ...]:
     joined = " ".join(text.text for text in space.texts)
-    named = find_known_rooms(joined) or tuple(kind for text in space.texts for kind in find_known_rooms(text.text))
+    named = find_known_rooms(joined) or tuple(room for text in space.texts for room in find_known_rooms(text.text))
     return tuple(dict.fromkeys(named))
 
 

@@ -14,7 +14,7 @@ from pianta.plan.sheets.binarization import Contrast, PaperContrast, compare_to_
 # Metres of a single door: the width at which the network was trained, and that a plan's doors are taken for
 DOOR_WIDTH = 0.9
 # Factors by which areas may be wrong
-DOUBTED_AREA_FACTOR = 1.5  # from which on the doubt is told
+DOUBTED_AREA_FACTOR = 1.5  # from which on a warning is given
 ROUGH_AREA_FACTOR = 2.0  # from which on areas are marked
 LARGEST_AREA_FACTOR = 10.0  # that is given in figures
 
@@ -86,7 +86,13 @@ class PlanScale:
         return self.is_look or self.area_factor >= ROUGH_AREA_FACTOR
 
     def as_json(self) -> dict[str, Any]:
-        """The scale as an object of JSON: metres per pixel, between which they lie, and where they come from."""
+        """List the scale, its intervals and its sources as an object of JSON.
+
+        Returns
+        -------
+        dict
+            With the keys metres_per_pixel, interval, wide_interval, sources, confidence and is_rough.
+        """
         return {
             "metres_per_pixel": self.resolution,
             "interval": self.interval and [*self.interval],
@@ -133,7 +139,7 @@ class Sheet:
     colors: shape (H, W, 3), red, green, blue. walls: shape (H, W), what the file names wall; None for pictures.
     doors: shape (D, 2, 2), from jamb to jamb, row and col in continuous pixels, of doors that the file names.
     texts: None if they must be read from the pixels. resolution: metres per pixel, None if the file does not state it.
-    px_per_unit: pixels per unit of the file, 1 for a picture. px_per_inch: of a picture, None if it does not state them.
+    px_per_unit: pixels per unit of the file, 1 for a picture. px_per_inch: of a picture, None if its file does not say.
     source: the name of the file.
     """
 

@@ -52,7 +52,7 @@ class WrittenArea(NamedTuple):
 
 
 def parse_areas(text: str) -> tuple[WrittenArea, ...]:
-    """The areas in a text such as 20,96m², Kitchen 13 m2, 1,295 sq. ft., 6.7帖 or 18 qm; lengths are none.
+    """The areas in a text such as 20,96m², Kitchen 13 m2, 1,295 sq. ft., 6.7帖 or 18 qm; not lengths.
 
     A single ² that was read as a question mark counts, too.
     """
@@ -78,5 +78,5 @@ def _parse_number(text: str) -> tuple[float, int]:
     *groups, last = re.split(r"[.,']", plain)
     if groups and len(last) == 3:
         return float("".join((*groups, last))), 0
-    whole = "".join(groups) or last
-    return (float(f"{whole}.{last}"), len(last)) if groups else (float(last), 0)
+    integer = "".join(groups) or last
+    return (float(f"{integer}.{last}"), len(last)) if groups else (float(last), 0)

@@ -42,7 +42,7 @@ def parse_possible_sizes(text: str) -> tuple[tuple[float, float], ...]:
     """The two sides, m, that a size in a text may mean; none without a size.
 
     A unit at one side is that of both. Without one, every unit counts in which the sides are those of a room.
-    Quotes may be of any kind, and may be misread. Sizes of three lengths are none of rooms.
+    Quotes may be of any kind, and may be misread. Sizes of three lengths are not of rooms.
     """
     if len(text) > MAX_TEXT_LENGTH:
         return ()
@@ -96,6 +96,6 @@ def _read_side(text: str) -> dict[str, float]:
 
 def parse_inches(text: str) -> float:
     """Inches such as 6, 6 1/2 or 1/2."""
-    whole, _, fraction = text.replace("-", " ").replace(" /", "/").rpartition(" ") if "/" in text else (text, "", "")
+    integer, _, fraction = text.replace("-", " ").replace(" /", "/").rpartition(" ") if "/" in text else (text, "", "")
     above, _, below = fraction.partition("/")
-    return float(whole or 0) + (float(above) / max(float(below), 1) if below else 0.0)
+    return float(integer or 0) + (float(above) / max(float(below), 1) if below else 0.0)
