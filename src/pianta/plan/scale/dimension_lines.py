@@ -53,8 +53,8 @@ def find_dimension_lines(texts: Sequence[PlacedText], ink: Mask) -> ScaleEvidenc
             measures.append(Measure(tuple(metres / px for metres in lengths for px in possible), p.line_sd))
     if not measures:
         return None
-    noun = count_noun(len(measures), "dimension line")
-    return ScaleEvidence(noun, tuple(measures), p.common_sd, p.outlier_rate, p.failure_rate / len(measures))
+    title = count_noun(len(measures), "dimension line")
+    return ScaleEvidence(title, tuple(measures), p.common_sd, p.outlier_rate, p.failure_rate / len(measures))
 
 
 def _without_room_numbers(texts: Sequence[PlacedText]) -> Sequence[PlacedText]:
