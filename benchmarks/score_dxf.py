@@ -25,7 +25,7 @@ from pianta.floor import Floor
 from pianta_bench.data.folders import find_data
 from pianta_bench.data.map_sets import SETS
 
-MADE = {"made_a_area.dxf": 1.0, "made_cafm_stamp.dxf": 1.0, "made_a_area_nounits_mm.dxf": 0.001}
+GENERATED = {"made_a_area.dxf": 1.0, "made_cafm_stamp.dxf": 1.0, "made_a_area_nounits_mm.dxf": 0.001}
 MIN_IOU = 1 - 1e-6
 TOLERANCE = 0.0011  # metres: results have millimetres
 
@@ -35,7 +35,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--data", type=Path, help="folder of the data; $PIANTA_DATA, or ../shared/data, unless given")
     data = find_data(parser.parse_args().data)
-    for name, metres in MADE.items():
+    for name, metres in GENERATED.items():
         file = data / "planfiles" / "dxf" / name
         print_score(name, list(drawn_outlines(file, metres)), pianta.read(file, labels=False).floor)
     totals = np.zeros(4, int)
@@ -67,12 +67,12 @@ def print_score(name: str, truth: Sequence[Polygon], floor: Floor) -> tuple[int,
     return exact, len(truth)
 
 
-def is_exact(truth: Polygon, found: Polygon) -> bool:
+def is_exact(truth: Polygon, room: Polygon) -> bool:
     """Whether two outlines are the same, with the same corners."""
-    common = shapely.intersection(truth, found).area
-    if common < MIN_IOU * shapely.union(truth, found).area:
+    common = shapely.intersection(truth, room).area
+    if common < MIN_IOU * shapely.union(truth, room).area:
         return False
-    corners, others = (shapely.get_coordinates(polygon.exterior)[:-1] for polygon in (truth, found))
+    corners, others = (shapely.get_coordinates(polygon.exterior)[:-1] for polygon in (truth, room))
     distances = np.hypot(*(corners[:, None] - others[None]).transpose(2, 0, 1))
     return len(corners) == len(others) and bool((distances.min(axis=1) <= TOLERANCE).all())
 

@@ -97,12 +97,12 @@ def test_without_units_doors_give_the_unit(tmp_path, width):
     block = document.blocks.new("X17")
     block.add_line((0, 0), (0, 1))
     block.add_arc((0, 0), 1, 0, 90)
-    place = {"xscale": width, "yscale": width, "zscale": width}
-    document.modelspace().add_blockref("X17", (1 * unit, 5.07 * unit), dxfattribs=place)
+    attributes = {"xscale": width, "yscale": width, "zscale": width}
+    document.modelspace().add_blockref("X17", (1 * unit, 5.07 * unit), dxfattribs=attributes)
     plan = read(document, tmp_path)
     bounds = bounds_by_title(plan)
     assert bounds.keys() == TRUE_BOUNDS.keys()
-    assert all(bounds[title] == pytest.approx(TRUE_BOUNDS[title], abs=1e-5) for title in bounds)
+    assert all(bounds[title] == pytest.approx(true_bounds, abs=1e-5) for title, true_bounds in TRUE_BOUNDS.items())
     (door,) = plan.floors[0].floor.doors
     joined = {title_of(plan.floors[0].floor[each]) for each in door.room_ids}
     assert (joined, door.kind) == ({"0.01 Office", "0.00 Corridor"}, "door")
@@ -116,13 +116,13 @@ def add_stamps(document: Any, *, nested: bool, **attributes: Any) -> None:
         block.add_attdef(tag, (0, line), dxfattribs={"height": 1})
     for number, ((room, name), bounds) in enumerate(ROOMS.items()):
         x, y = (bounds[0] + bounds[2]) / 2, (bounds[1] + bounds[3]) / 2
-        place = {"xscale": 0.2, "yscale": 0.2, "layer": "TIMBRI", **attributes}
+        placement = {"xscale": 0.2, "yscale": 0.2, "layer": "TIMBRI", **attributes}
         space, insert = document.modelspace(), (x, y)
         if nested:
             space = document.blocks.new(f"WING{number}")
             document.modelspace().add_blockref(space.name, (x, y), dxfattribs={"rotation": 30})
             insert = (0, 0)
-        reference = space.add_blockref("TIMBRO", insert, dxfattribs=place)
+        reference = space.add_blockref("TIMBRO", insert, dxfattribs=placement)
         reference.add_auto_attribs(
             {"NUMERO_VANO": room, "DENOMINAZIONE": name, "SUPERFICIE": f"{box(*bounds).area:.2f}"}
         )
@@ -142,29 +142,29 @@ def test_a_text_with_formatting_is_read_as_it_looks(tmp_path):
     add_outlines(document)
     for (number, name), bounds in ROOMS.items():
         code = rf"{{\fArial|b1|i0;\H0.3;{number}}}\P{{\C1;{name}}}\P\H0.7x;{box(*bounds).area:.2f} m\U+00B2"
-        place = {"insert": (bounds[0] + 0.2, bounds[3] - 0.2), "char_height": 0.2}
-        document.modelspace().add_mtext(code, dxfattribs=place)
+        attributes = {"insert": (bounds[0] + 0.2, bounds[3] - 0.2), "char_height": 0.2}
+        document.modelspace().add_mtext(code, dxfattribs=attributes)
     assert bounds_by_title(read(document, tmp_path)) == TRUE_BOUNDS
 
 
-@pytest.mark.parametrize("kind", ["polyline", "hatch", "hatch with polyline", "twice", "open with equal ends"])
-def test_each_kind_of_outline_is_a_room_once(tmp_path, kind):
+@pytest.mark.parametrize("outline_type", ["polyline", "hatch", "hatch with polyline", "twice", "open with equal ends"])
+def test_each_kind_of_outline_is_a_room_once(tmp_path, outline_type):
     document = new_document()
     space = document.modelspace()
     add_names(document)
     for bounds in ROOMS.values():
         corners = list(box(*bounds).exterior.coords)[:-1]
-        if kind == "polyline":
+        if outline_type == "polyline":
             space.add_polyline2d(corners, close=True, dxfattribs={"layer": "R"})
-        if kind.startswith("hatch"):
+        if outline_type.startswith("hatch"):
             hatch = space.add_hatch(dxfattribs={"layer": "R"})
             hatch.set_pattern_fill("ANSI31")
             hatch.paths.add_polyline_path(corners)
-        if kind in {"hatch with polyline", "twice"}:
-            space.add_lwpolyline(corners, close=True, dxfattribs={"layer": "R2" if kind == "twice" else "R"})
-        if kind == "twice":
+        if outline_type in {"hatch with polyline", "twice"}:
+            space.add_lwpolyline(corners, close=True, dxfattribs={"layer": "R2" if outline_type == "twice" else "R"})
+        if outline_type == "twice":
             space.add_lwpolyline(corners[::-1], close=True, dxfattribs={"layer": "R"})
-        if kind.startswith("open"):
+        if outline_type.startswith("open"):
             space.add_lwpolyline([*corners, corners[0]], dxfattribs={"layer": "R"})
     assert bounds_by_title(read(document, tmp_path)) == TRUE_BOUNDS
 
@@ -265,7 +265,7 @@ def test_a_border_without_a_wall_is_an_opening(tmp_path):
 
 
 def test_lines_around_names_are_rooms(tmp_path):
-    """Walls of single lines that end at the face of others, in feet, in a file whose header says metres."""
+    """Walls of single lines that end at the face of another, in feet, in a file whose header says metres."""
     document = new_document()
     space = document.modelspace()
     space.add_lwpolyline([(0, 0), (40, 0), (40, 30), (0, 30), (0, 0)], dxfattribs={"layer": "W"})
@@ -279,7 +279,7 @@ def test_lines_around_names_are_rooms(tmp_path):
     assert placed.scale.source == "the areas written in 3 rooms"
 
 
-def test_what_was_taken_and_skipped_is_told(tmp_path):
+def test_notes_list_layers_and_skipped_entities(tmp_path):
     document = new_document()
     add_outlines(document)
     add_names(document)
@@ -340,7 +340,7 @@ def test_the_command_prints_layers_and_takes_chosen_ones(tmp_path):
     assert "layers: other 24 lines" in outcome.out
 
 
-def test_a_dwg_is_told_how_to_be_converted(tmp_path):
+def test_the_error_for_a_dwg_names_its_conversion(tmp_path):
     for name in ("plan.dxf", "plan.dwg"):
         (tmp_path / name).write_bytes(b"AC1032" + bytes(200))
         outcome = run_pianta("read", tmp_path / name, "-o", tmp_path / "out")

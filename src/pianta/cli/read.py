@@ -258,15 +258,23 @@ def read_maps(
     options["message"] = _parse_message(message)
     extras = _Extras(clean, explain)
     extras.check(maps, method)
-    named = parse_storeys(storeys, len(maps)) if storeys else None
-    links = [*parse_links(stairs or (), "stairs"), *parse_links(lifts or (), "lift")]
-    if links and named is None:
-        raise OptionError("--stairs and --lift join storeys, give --storey for each file")
+    named, links = _parse_building(storeys, stairs, lifts, len(maps))
     if len(maps) == 1 and named is None:
         readings = [_read_one(maps[0], out, options, extras, walls=walls, graph=graph, quiet=quiet)]
     else:
         readings = _read_several(maps, out, options, named, links, walls=walls, graph=graph, jobs=jobs, quiet=quiet)
     _finish(readings, out, json_file, expected=len(maps))
+
+
+def _parse_building(
+    storeys: Sequence[str] | None, stairs: Sequence[str] | None, lifts: Sequence[str] | None, count: int
+) -> tuple[list[tuple[str, float | None]] | None, list[Link]]:
+    """The names and heights of `count` storeys, None without names, and what joins them. Raises OptionError."""
+    named = list(parse_storeys(storeys, count)) if storeys else None
+    links = [*parse_links(stairs or (), "stairs"), *parse_links(lifts or (), "lift")]
+    if links and named is None:
+        raise OptionError("--stairs and --lift join storeys, give --storey for each file")
+    return named, links
 
 
 def _split_layers(names: Sequence[str] | None) -> tuple[str, ...]:

@@ -197,16 +197,16 @@ class _SheetOptions:
 
 def _read_dxf(drawing: PlanDrawing, path: str | Path, layers: LayerChoice, options: _SheetOptions) -> PlanReading:
     """The floors of a DXF: rooms that are drawn as outlines or enclosed by lines, else those of the drawn sheet."""
-    drawn = read_drawn_floors(
+    drawn_floors = read_drawn_floors(
         drawing, resolution=options.resolution, room_layers=layers.rooms, chosen_walls=bool(layers.walls)
     )
     notes = describe_layers(drawing)
-    if drawn is not None:
-        floors, unit, taken = drawn
+    if drawn_floors is not None:
+        floors, unit, rooms_note = drawn_floors
         _check_floors(floors, path)
         placed = [_place_drawn_floor(floor, unit) for floor in floors]
         px_per_unit = unit.resolution / placed[0].grid.resolution
-        return PlanReading(tuple(placed), None, px_per_unit=px_per_unit, notes=(taken, *notes))
+        return PlanReading(tuple(placed), None, px_per_unit=px_per_unit, notes=(rooms_note, *notes))
     if layers.rooms:
         raise PlanError(f"plan {short_repr(path)} has no closed outlines with a text inside on these layers of rooms")
     if len(drawing.lines) < MIN_SHEET_LINES:

@@ -82,7 +82,7 @@ class PlanDrawing:
     fills: outlines of dark filled areas (poché of walls), each shape (M, 2).
     doors: shape (D, 2, 2), from jamb to jamb, of doors that the file names (blocks, layers).
     texts: all texts.
-    outlines: closed outlines, if the format tells them from others. stamps: what attributes of blocks say about rooms.
+    outlines: closed outlines, where the format marks them. stamps: attributes of blocks about rooms.
     unnamed_doors: shape (D, 2, 2), from jamb to jamb, of leaves with their arcs on layers that are not named as doors.
     line_layers: shape (N,), index into layers of each line; empty if the format has no layers.
     skipped: counts of what is in the file and was not read, by kind.

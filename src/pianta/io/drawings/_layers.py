@@ -183,13 +183,13 @@ class DrawnPieces:
 
     def add_outline(self, rings: Sequence[Floats], layer: str) -> None:
         """Add a closed outline with its holes, each shape (N, 2), unless it has few or too many corners."""
-        whole = [ring for ring in rings if 3 <= len(ring) <= MAX_CORNERS and (np.abs(ring) <= MAX_COORDINATE).all()]
-        if not whole:
+        valid = [ring for ring in rings if 3 <= len(ring) <= MAX_CORNERS and (np.abs(ring) <= MAX_COORDINATE).all()]
+        if not valid:
             return
-        self.outline_corners += sum(map(len, whole))
+        self.outline_corners += sum(map(len, valid))
         if self.outline_corners > MAX_LINES:
             raise plan_error(self.file, f"has outlines with more than {MAX_LINES} corners, give one floor")
-        self.outlines.append(DrawnOutline(whole[0], layer, tuple(whole[1:])))
+        self.outlines.append(DrawnOutline(valid[0], layer, tuple(valid[1:])))
 
     def add_stamp(self, stamp: DrawnStamp) -> None:
         """Add a stamp unless it says nothing; raises PlanError for more than MAX_TEXTS."""

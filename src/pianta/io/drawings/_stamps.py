@@ -40,7 +40,7 @@ def read_stamp(attributes: Iterable[tuple[str, str]]) -> dict[Meaning, str]:
 
     The tag decides; for a tag without a known word the value does: an area has a unit, a number has a digit.
     """
-    found: dict[Meaning, str] = {}
+    values: dict[Meaning, str] = {}
     unknown: list[str] = []
     for tag, text in list(attributes)[:MAX_ATTRIBUTES]:
         value = " ".join(text[:MAX_LETTERS].split())
@@ -50,19 +50,19 @@ def read_stamp(attributes: Iterable[tuple[str, str]]) -> dict[Meaning, str]:
         if meaning == "unknown":
             unknown.append(value)
         elif meaning is not None:
-            found.setdefault(meaning, value)
+            values.setdefault(meaning, value)
     for value in unknown:
         if _AREA.fullmatch(value):
-            found.setdefault("area", value)
+            values.setdefault("area", value)
         elif _NUMBER.fullmatch(value):
-            found.setdefault("number", value)
+            values.setdefault("number", value)
         else:
-            found.setdefault("name", value)
-    return found
+            values.setdefault("name", value)
+    return values
 
 
 def _meaning_of(tag: str) -> Meaning | Literal["unknown"] | None:
-    """What a tag stands for; None for what is not said about a room."""
+    """What a tag stands for; None for what is not about a room."""
     composed = unicodedata.normalize("NFD", tag[:MAX_LETTERS].lower())
     letters = "".join(letter for letter in composed if letter.isascii() and letter.isalnum())
     return next((meaning for meaning, pattern in _TAGS if pattern.search(letters)), "unknown")

@@ -43,7 +43,7 @@ def read_drawn_floors(
     chosen_walls: whether the user gives the layers of walls.
 
     Returns the floors, the largest first, with the corners as they are drawn; metres per drawing unit; and a line
-    about what was taken.
+    about where the rooms come from.
     """
     metres = resolution if resolution is not None else drawing.metres_per_unit
     rooms: tuple[DrawnRoom, ...] = (
@@ -53,16 +53,16 @@ def read_drawn_floors(
         # The unit in the header may be that of a template
         rooms = find_room_outlines(drawing, metres=None)
         rooms = rooms if unit_by_areas(rooms, None) else ()
-    taken = _describe_outlines(rooms) if rooms else ""
+    note = _describe_outlines(rooms) if rooms else ""
     if not rooms and not room_layers:
         rooms = find_enclosed_rooms(drawing, only_walls=chosen_walls)
-        taken = f"rooms: {len(rooms)} areas that lines enclose, with the corners as drawn"
+        note = f"rooms: {len(rooms)} areas that lines enclose, with the corners as drawn"
     if not rooms:
         return None
     unit = find_unit(drawing, rooms, resolution=resolution)
     if _size_of(rooms) * unit.resolution > MAX_SIZE:
         return None
-    return _make_floors(drawing, rooms, unit.resolution), unit, taken
+    return _make_floors(drawing, rooms, unit.resolution), unit, note
 
 
 def _size_of(rooms: Sequence[DrawnRoom]) -> float:
@@ -78,12 +78,12 @@ def _describe_outlines(rooms: Sequence[DrawnRoom]) -> str:
     return f"rooms: closed outlines of layer {layers}, with the corners as drawn"
 
 
-def _make_floors(drawing: PlanDrawing, drawn: Sequence[DrawnRoom], metres: float) -> list[Floor]:
+def _make_floors(drawing: PlanDrawing, drawn_rooms: Sequence[DrawnRoom], metres: float) -> list[Floor]:
     """The floors of rooms that lie together, the largest first."""
-    outlines = [stretch(room.polygon, metres, metres, origin=(0, 0)) for room in drawn]
+    outlines = [stretch(room.polygon, metres, metres, origin=(0, 0)) for room in drawn_rooms]
     is_wall = drawing.roles == ROLES.index("wall")
     # Lines of the rooms' own layers are their outlines
-    layers = {room.layer for room in drawn}
+    layers = {room.layer for room in drawn_rooms}
     if len(drawing.line_layers):
         own = [number for number, layer in enumerate(drawing.layers) if layer in layers]
         is_wall &= ~np.isin(drawing.line_layers, own)
@@ -91,12 +91,13 @@ def _make_floors(drawing: PlanDrawing, drawn: Sequence[DrawnRoom], metres: float
     floors = []
     for members in _group_rooms(outlines, walls):
         rooms = tuple(
-            Room(number, outlines[index], name=_title(drawn[index])) for number, index in enumerate(members, start=1)
+            Room(number, outlines[index], name=_title(drawn_rooms[index]))
+            for number, index in enumerate(members, start=1)
         )
         near = _lines_near(walls, rooms)
         doors = find_passages(rooms, named=drawing.doors * metres, unnamed=drawing.unnamed_doors * metres, walls=near)
-        kept = near[lengths_of(near) >= MIN_WALL_LENGTH][:MAX_WALLS]
-        floors.append(Floor(rooms, tuple(doors), tuple(map(LineString, kept)), source=drawing.source))
+        lines = near[lengths_of(near) >= MIN_WALL_LENGTH][:MAX_WALLS]
+        floors.append(Floor(rooms, tuple(doors), tuple(map(LineString, lines)), source=drawing.source))
     return sorted(floors, key=lambda floor: -sum(room.polygon.area for room in floor.rooms))
 
 

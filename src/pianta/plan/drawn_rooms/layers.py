@@ -1,4 +1,4 @@
-"""What was taken from the layers of a DXF, for people to check, and the drawing without its named walls."""
+"""Lines about the layers of a DXF, for people to check, and the drawing without its named walls."""
 
 from __future__ import annotations
 
@@ -22,12 +22,14 @@ def describe_layers(drawing: PlanDrawing) -> tuple[str, ...]:
     parts = [_describe_role(drawing, role, noun) for role, noun in _NOUNS]
     others = int((drawing.roles == ROLES.index("other")).sum())
     line = "; ".join([*filter(None, parts), f"other {count_noun(others, 'line')}"])
-    skipped = ", ".join(f"{count} {_clean(kind)}" for kind, count in sorted(drawing.skipped.items())[:MAX_LISTED])
+    skipped = ", ".join(
+        f"{count} {_clean(entity_type)}" for entity_type, count in sorted(drawing.skipped.items())[:MAX_LISTED]
+    )
     return (f"layers: {line}", *([f"skipped: {skipped}"] if skipped else []))
 
 
 def forget_walls(drawing: PlanDrawing) -> PlanDrawing | None:
-    """The drawing with no lines named as walls; None if there are none."""
+    """The drawing with no lines named as walls; None without any."""
     is_wall = drawing.roles == ROLES.index("wall")
     if not is_wall.any():
         return None

@@ -95,7 +95,7 @@ class _Group:
 def find_room_outlines(
     drawing: PlanDrawing, *, metres: float | None, chosen: Collection[str] = (), faces: Sequence[DrawnOutline] = ()
 ) -> tuple[DrawnRoom, ...]:
-    """The rooms that a plan draws as closed outlines; empty if its outlines are none.
+    """The rooms that a plan draws as closed outlines; empty if its outlines are no rooms.
 
     Parameters
     ----------
@@ -132,16 +132,16 @@ def find_room_outlines(
 
 
 def stated_area(texts: Sequence[str]) -> float | None:
-    """The area, m², that texts of a room state, as 12,5 m², 209 sf or 12' x 13'; None if none or several do."""
-    found = set()
+    """The area, m², that texts of a room state, as 12,5 m², 209 sf or 12' x 13'; None unless all agree."""
+    areas: set[float] = set()
     for text in texts:
         for match in _AREA.finditer(text[:MAX_TEXT]):
             unit = 1.0 if match["metric"] else _SQUARE_FOOT
-            found.add(float(match["number"].replace(",", ".")) * unit)
-    if not found:
+            areas.add(float(match["number"].replace(",", ".")) * unit)
+    if not areas:
         sizes = [size for text in texts for part in _SIZE.findall(text[:MAX_TEXT]) if (size := parse_size(part))]
-        found = {round(first * second, 6) for first, second in sizes}
-    return found.pop() if len(found) == 1 else None
+        areas = {round(first * second, 6) for first, second in sizes}
+    return areas.pop() if len(areas) == 1 else None
 
 
 def _labels_of(drawing: PlanDrawing) -> list[_Label]:
@@ -190,7 +190,7 @@ def _polygons_of(outlines: Sequence[DrawnOutline]) -> list[Polygon]:
 def _distinct(polygons: Sequence[Polygon]) -> list[Polygon]:
     """Polygons from the smallest to the largest, without those that cover the same area as an earlier one."""
     order = sorted(range(len(polygons)), key=lambda index: (polygons[index].area, index))
-    kept: list[Polygon] = []
+    distinct: list[Polygon] = []
     boxes: dict[tuple[float, ...], list[Polygon]] = defaultdict(list)
     for index in order:
         polygon = polygons[index]
@@ -204,9 +204,9 @@ def _distinct(polygons: Sequence[Polygon]) -> list[Polygon]:
             for dy in (-0.01, 0, 0.01)
         ]
         if not any(_is_same(polygon, other) for key in keys for other in boxes[key][:MAX_REPAIRED]):
-            kept.append(polygon)
+            distinct.append(polygon)
             boxes[keys[4]].append(polygon)
-    return kept
+    return distinct
 
 
 def _is_same(one: Polygon, other: Polygon) -> bool:
@@ -216,7 +216,7 @@ def _is_same(one: Polygon, other: Polygon) -> bool:
 
 def _pairs(tree: STRtree, shapes: Sequence[object] | NDArray[np.object_], predicate: str) -> NDArray[np.intp] | None:
     """Pairs of `shapes` and shapes of the tree, shape (2, N); None for more than MAX_PAIRS."""
-    found, count = [], 0
+    parts, count = [], 0
     array = np.asarray(shapes, object)
     for start in range(0, len(array), 256):
         part = tree.query(array[start : start + 256], predicate=predicate)
@@ -224,8 +224,8 @@ def _pairs(tree: STRtree, shapes: Sequence[object] | NDArray[np.object_], predic
         count += part.shape[1]
         if count > MAX_PAIRS:
             return None
-        found.append(part)
-    return np.concatenate(found, axis=1) if found else np.zeros((2, 0), np.intp)
+        parts.append(part)
+    return np.concatenate(parts, axis=1) if parts else np.zeros((2, 0), np.intp)
 
 
 def _labels_by_shape(shapes: Sequence[Polygon], labels: Sequence[_Label]) -> dict[int, list[int]]:
@@ -263,24 +263,24 @@ def _without_rooms_inside(  # noqa: PLR0917
     metres: float | None,
 ) -> Polygon | None:
     """The room of an outline with a text: without the holes and the rooms in it; None for a gross area around rooms."""
-    whole = shapes[index]
+    outline = shapes[index]
     if not inside:
-        return whole
+        return outline
     named = [each for each in inside if each in owned]
     # The largest outlines first: a hole may have rooms in it, which then are not in this room
     holes = [each for each in sorted(inside, reverse=True) if each not in owned]
     around = [hole for hole in holes if any(shapes[hole].intersects(shapes[each].point_on_surface()) for each in named)]
-    net = _largest_part(shapely.difference(whole, shapely.union_all([shapes[each] for each in (*holes, *named)])))
-    rest = _largest_part(shapely.difference(whole, shapely.union_all([shapes[each] for each in named])))
+    net = _largest_part(shapely.difference(outline, shapely.union_all([shapes[each] for each in (*holes, *named)])))
+    rest = _largest_part(shapely.difference(outline, shapely.union_all([shapes[each] for each in named])))
     stated = stated_area(_texts_of([labels[each] for each in owned[index]]))
     if stated is not None and metres is not None:
-        fits = [each for each in (net, rest, whole) if abs(each.area * metres**2 / stated - 1) <= AREA_TOLERANCE]
-        if fits and (fits[0] is not whole or not named):
+        fits = [each for each in (net, rest, outline) if abs(each.area * metres**2 / stated - 1) <= AREA_TOLERANCE]
+        if fits and (fits[0] is not outline or not named):
             return fits[0]
     free = [
         each for each in named if not any(shapes[hole].contains(shapes[each].point_on_surface()) for hole in around)
     ]
-    if sum(shapes[each].area for each in free) >= GROSS_SHARE * whole.area:
+    if sum(shapes[each].area for each in free) >= GROSS_SHARE * outline.area:
         return None
     # Many small outlines in a room are furniture on the layer of the rooms
     return net if len(holes) <= MAX_HOLES else rest
@@ -315,10 +315,10 @@ def _make_room(polygon: Polygon, labels: Sequence[_Label], layer: str) -> DrawnR
     number = next((stamp.number for stamp in stamps if stamp.number), None)
     name = next((stamp.name for stamp in stamps if stamp.name), None)
     if number is None and name is None:
-        number, name = _split_title(compose_room_name([_place(text) for text in texts]))
+        number, name = _split_title(compose_room_name([_place_text(text) for text in texts]))
     elif name is None and not any(stamp.name or stamp.area for stamp in stamps):
         # A stamp with nothing but the number stands beside the text of the name
-        _, name = split_number(compose_room_name([_place(text) for text in texts if text.text != number]))
+        _, name = split_number(compose_room_name([_place_text(text) for text in texts if text.text != number]))
     return DrawnRoom(polygon, _clean(number), _clean(name), stated, layer)
 
 
@@ -335,7 +335,7 @@ def _texts_of(labels: Sequence[_Label]) -> list[str]:
     return stamped or [label.text.text for label in labels if label.text is not None]
 
 
-def _place(text: DrawnText) -> PlacedText:
+def _place_text(text: DrawnText) -> PlacedText:
     """A text with a box, in the frame of a sheet: row down, col to the right."""
     along = np.array([-np.sin(text.angle), np.cos(text.angle)])
     down = np.array([np.cos(text.angle), np.sin(text.angle)])

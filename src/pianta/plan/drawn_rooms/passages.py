@@ -11,7 +11,7 @@ from shapely.ops import substring
 
 from pianta._types import Floats
 from pianta.floor import Door, Room
-from pianta.io.drawings.ifc import rooms_beside
+from pianta.io.drawings._ifc_passages import rooms_beside
 
 # Limits against hostile files.
 MAX_DOORS = 20_000
@@ -31,9 +31,9 @@ def find_passages(rooms: Sequence[Room], *, named: Floats, unnamed: Floats, wall
 
     named: doors that the file names, from jamb to jamb, shape (D, 2, 2). unnamed: leaves with arcs, likewise.
     walls: lines of walls, shape (N, 2, 2); where two rooms meet without one, they are open to each other.
-    A door that leads from a room into the same room, as of a wardrobe, is none.
+    A door that leads from a room into the same room, as of a wardrobe, is left out.
     """
-    doors = []
+    doors: list[Door] = []
     for ends in [*named[:MAX_DOORS], *unnamed[:MAX_DOORS]]:
         door = _door_at(ends, rooms)
         if door is not None and not any(_is_same_place(door, other) for other in doors):

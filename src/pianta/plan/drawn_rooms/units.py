@@ -19,10 +19,10 @@ AGREEMENT = 0.12  # share of lengths: areas are net, gross or rounded
 SNAP = 0.08  # share of lengths by which a unit is taken for that of the written areas
 USUAL_ROOM = 15.0  # m²: of offices and bedrooms, between closets and halls
 # Confidences, 0 … 1: of a file's units as elsewhere; written areas are right if they agree.
-OF_AREAS = 0.95
-OF_FILE = 0.95
-OF_DOORS = 0.8
-OF_ROOMS = 0.4
+AREAS_CONFIDENCE = 0.95
+FILE_CONFIDENCE = 0.95
+DOORS_CONFIDENCE = 0.8
+ROOMS_CONFIDENCE = 0.4
 
 
 def find_unit(drawing: PlanDrawing, rooms: Sequence[DrawnRoom], *, resolution: float | None = None) -> PlanScale:
@@ -38,14 +38,16 @@ def find_unit(drawing: PlanDrawing, rooms: Sequence[DrawnRoom], *, resolution: f
     if written is not None:
         return written
     if drawing.metres_per_unit is not None:
-        return PlanScale(drawing.metres_per_unit, "the units of the file", OF_FILE)
+        return PlanScale(drawing.metres_per_unit, "the units of the file", FILE_CONFIDENCE)
     doors = drawing.doors if len(drawing.doors) else drawing.unnamed_doors
     if len(doors):
         width = float(np.median(np.linalg.norm(np.diff(doors, axis=1), axis=2)))
         if width > 0:
-            return PlanScale(_nearest_unit(DOOR_WIDTH / width), f"{len(doors)} doors of about {DOOR_WIDTH} m", OF_DOORS)
+            return PlanScale(
+                _nearest_unit(DOOR_WIDTH / width), f"{len(doors)} doors of about {DOOR_WIDTH} m", DOORS_CONFIDENCE
+            )
     side = sqrt(float(np.median([room.polygon.area for room in rooms])))
-    return PlanScale(_nearest_unit(sqrt(USUAL_ROOM) / side), "the usual size of rooms", OF_ROOMS)
+    return PlanScale(_nearest_unit(sqrt(USUAL_ROOM) / side), "the usual size of rooms", ROOMS_CONFIDENCE)
 
 
 def unit_by_areas(rooms: Sequence[DrawnRoom], stated: float | None) -> PlanScale | None:
@@ -58,9 +60,9 @@ def unit_by_areas(rooms: Sequence[DrawnRoom], stated: float | None) -> PlanScale
     if agreeing < max(MIN_ROOMS, len(ratios) / 2):
         return None
     if stated is not None and abs(middle / stated - 1) <= SNAP:
-        return PlanScale(stated, f"the units of the file and the areas written in {agreeing} rooms", OF_AREAS)
+        return PlanScale(stated, f"the units of the file and the areas written in {agreeing} rooms", AREAS_CONFIDENCE)
     near = [unit for unit in UNITS if abs(middle / unit - 1) <= SNAP]
-    return PlanScale(near[0] if near else middle, f"the areas written in {agreeing} rooms", OF_AREAS)
+    return PlanScale(near[0] if near else middle, f"the areas written in {agreeing} rooms", AREAS_CONFIDENCE)
 
 
 def _nearest_unit(metres: float) -> float:
