@@ -26,8 +26,8 @@ class DetectionParameters:
     coarse_factor: float = 2.0  # by which the sheet is smaller on which large letters are looked for
     min_contrast: float = 0.25  # of letters with the paper, half of that of ink: letters may be grey
     near_steps: int = 1  # STEPs around marks in which boxes may end
-    seen_steps: int = 1  # STEPs around these that the detector sees, too
-    tile_steps: int = 14  # STEPs of a tile without these: larger tiles take longer per pixel
+    seen_steps: int = 2  # STEPs around these that the detector sees, too
+    tile_steps: int = 62  # STEPs of a tile without these: on smaller ones leaves of doors are taken for letters
 
 
 PARAMETERS = DetectionParameters()
@@ -82,9 +82,9 @@ def _find_boxes_at(bgr: Colors, marks: Mask, factor: float) -> list[Floats]:
     # rapidocr has no other way to its detector
     detector = text_reader()._load_det_model()
     text = np.zeros(size[::-1], np.float32)
-    for core, seen in _tile(shares > 0):
-        answer = detector.session(detector.get_preprocess()(scaled[seen]))[0, 0]
-        text[core] = answer[tuple(slice(a.start - b.start, a.stop - b.start) for a, b in zip(core, seen, strict=True))]
+    for core, part in _tile(shares > 0):
+        answer = detector.session(detector.get_preprocess()(scaled[part]))[0, 0]
+        text[core] = answer[tuple(slice(a.start - b.start, a.stop - b.start) for a, b in zip(core, part, strict=True))]
     boxes, _ = detector.postprocess_op(text[None, None], (size[1], size[0]))
     return [np.asarray(box, float) * (width / size[0], height / size[1]) for box in boxes]
 
