@@ -46,11 +46,9 @@ def main() -> None:
             pianta.convert(floor, target, to="dxf")
             again = pianta.read(target, labels=False).floor
             counts = print_score(f"survey {item}", [room.polygon for room in floor], again)
-            doors = len(pairs_of(floor) & pairs_of(again))
-            print(
-                f"    pairs of rooms that doors join: {doors} of {len(pairs_of(floor))}, {len(pairs_of(again))} found"
-            )
-            totals += (*counts, doors, len(pairs_of(floor)))
+            own, found = pairs_of(floor, floor), pairs_of(again, floor)
+            print(f"    pairs of rooms that doors join: {len(own & found)} of {len(own)}, {len(found)} found")
+            totals += (*counts, len(own & found), len(own))
     print(f"survey: {totals[0]} of {totals[1]} rooms exact, {totals[2]} of {totals[3]} pairs joined")
 
 
@@ -77,11 +75,13 @@ def is_exact(truth: Polygon, room: Polygon) -> bool:
     return len(corners) == len(others) and bool((distances.min(axis=1) <= TOLERANCE).all())
 
 
-def pairs_of(floor: Floor) -> set[frozenset[Polygon]]:
-    """The pairs of rooms that doors join, by points in the rooms to the centimetre."""
-    points = {room.id: room.polygon.representative_point().coords[0] for room in floor}
-    rounded = {number: tuple(np.round(point, 2)) for number, point in points.items()}
-    return {frozenset(rounded[each] for each in door.room_ids) for door in floor.doors if len(door.room_ids) == 2}
+def pairs_of(floor: Floor, truth: Floor) -> set[frozenset[int]]:
+    """The pairs of rooms that doors of a floor join, as ids of the true rooms that each has most in common with."""
+    same = {
+        room.id: max(truth, key=lambda other, room=room: other.polygon.intersection(room.polygon).area).id
+        for room in floor
+    }
+    return {frozenset(same[room] for room in door.room_ids) for door in floor.doors if len(door.room_ids) == 2}
 
 
 if __name__ == "__main__":

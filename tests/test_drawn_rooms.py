@@ -66,7 +66,7 @@ def bounds_by_title(plan: PlanReading) -> dict[str | None, tuple[float, ...]]:
 
 
 def title_of(room: pianta.Room) -> str | None:
-    return room.name
+    return room.title
 
 
 TRUE_BOUNDS = {f"{number} {name}": tuple(map(float, bounds)) for (number, name), bounds in ROOMS.items()}
@@ -180,7 +180,7 @@ def test_round_rooms_have_the_area_of_their_curves(tmp_path):
     for text, x in (("Hall", 1), ("Apse", -4)):
         space.add_text(text, height=0.3).set_placement((x, 2))
     (placed,) = read(document, tmp_path).floors
-    areas = {room.name: room.polygon.area for room in placed.floor}
+    areas = {room.title: room.polygon.area for room in placed.floor}
     assert areas == pytest.approx({"Hall": 16 + np.pi * 2**2 / 2, "Apse": np.pi * 3 * 1.5}, rel=2e-3)
 
 
@@ -258,7 +258,7 @@ def test_a_border_without_a_wall_is_an_opening(tmp_path):
         space.add_line((start, 5), (end, 5), dxfattribs={"layer": "WAND"})
         space.add_line((start, 5.1), (end, 5.1), dxfattribs={"layer": "WAND"})
     (placed,) = read(document, tmp_path).floors
-    names = {room.id: room.name for room in placed.floor}
+    names = {room.id: room.title for room in placed.floor}
     openings = {frozenset(names[each] for each in door.room_ids): door.width for door in placed.floor.doors}
     assert openings == pytest.approx({frozenset(["Kitchen", "Living"]): 5, frozenset(["Living", "Hall"]): 1}, abs=0.3)
     assert {door.kind for door in placed.floor.doors} == {"opening"}
@@ -274,7 +274,7 @@ def test_lines_around_names_are_rooms(tmp_path):
     for text, x, y in (("BATH\\P20' x 15'", 10, 22), ("BEDROOM 2\\P20' x 15'", 30, 22), ("LIVING\\P40' x 15'", 20, 8)):
         space.add_mtext(text, dxfattribs={"insert": (x, y), "char_height": 1, "attachment_point": 5})
     (placed,) = read(document, tmp_path).floors
-    areas = {room.name: room.polygon.area / 0.3048**2 for room in placed.floor}
+    areas = {room.title: room.polygon.area / 0.3048**2 for room in placed.floor}
     assert areas == pytest.approx({"BATH": 300, "BEDROOM 2": 300, "LIVING": 600})
     assert placed.scale.source == "the areas written in 3 rooms"
 
@@ -377,7 +377,7 @@ def test_polygon_areas_do_not_overlap(tmp_path):
         add_box(space, bounds, "R")
         space.add_text(name, height=0.2).set_placement((bounds[0] + 0.5, bounds[1] + 0.5))
     (placed,) = read(document, tmp_path).floors
-    areas = {room.name: room.polygon.area for room in placed.floor}
+    areas = {room.title: room.polygon.area for room in placed.floor}
     assert areas == pytest.approx({"Hall": 96, "Kiosk": 4, "Café": 48})
     hall = next(room.polygon for room in placed.floor if room.name == "Hall")
     assert hall.equals(Polygon(box(0, 0, 10, 10).exterior, [box(4, 4, 6, 6).exterior]))

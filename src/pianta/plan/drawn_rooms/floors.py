@@ -91,19 +91,14 @@ def _make_floors(drawing: PlanDrawing, drawn_rooms: Sequence[DrawnRoom], metres:
     floors = []
     for members in _group_rooms(outlines, walls):
         rooms = tuple(
-            Room(number, outlines[index], name=_title(drawn_rooms[index]))
-            for number, index in enumerate(members, start=1)
+            Room(room_id, outlines[index], name=drawn.name or None, number=drawn.number or None)
+            for room_id, (index, drawn) in enumerate(((index, drawn_rooms[index]) for index in members), start=1)
         )
         near = _lines_near(walls, rooms)
         doors = find_passages(rooms, named=drawing.doors * metres, unnamed=drawing.unnamed_doors * metres, walls=near)
         lines = near[lengths_of(near) >= MIN_WALL_LENGTH][:MAX_WALLS]
         floors.append(Floor(rooms, tuple(doors), tuple(map(LineString, lines)), source=drawing.source))
     return sorted(floors, key=lambda floor: -sum(room.polygon.area for room in floor.rooms))
-
-
-def _title(room: DrawnRoom) -> str | None:
-    """The number and the name, of which tables take the number again."""
-    return " ".join(filter(None, (room.number, room.name))) or None
 
 
 def _lines_near(lines: Floats, rooms: Sequence[Room]) -> Floats:
