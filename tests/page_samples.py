@@ -29,6 +29,8 @@ def make_page_samples(folder: Path) -> None:
     (folder / "symbols").mkdir()
     Image.fromarray(draw_symbol("door", size_px=28)).save(folder / "symbols" / "door1.png")
     save_buildings(folder / "buildings")
+    if find_spec("ifcopenshell"):
+        save_ifc(folder / "plan.ifc")
 
 
 def save_robot_files(folder: Path) -> None:
@@ -64,6 +66,13 @@ def draw_page_plan(path: Path) -> None:
     floor = make_corridor_floor(seed=4, length=14.0)
     texts = {room.id: NAMES[room.id % len(NAMES)] for room in floor.rooms[1:]}
     Image.fromarray(draw_plan(floor, seed=4, style="double", px_per_metre=24, texts=texts).colors).save(path)
+
+
+def save_ifc(path: Path) -> None:
+    """A model of a house with two storeys."""
+    ground, first = (make_corridor_floor(seed=seed, length=14.0) for seed in (4, 5))
+    storeys = pianta.Storey(ground, "ground", 0.0, title="Ground"), pianta.Storey(first, "first", 3.0, title="First")
+    pianta.convert(pianta.Building(storeys), path, to="ifc")
 
 
 def save_buildings(folder: Path) -> None:

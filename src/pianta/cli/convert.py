@@ -9,6 +9,7 @@ import typer
 
 from pianta.cli.terminal import Quiet, print_result
 from pianta.errors import OptionError
+from pianta.io._files import short_repr
 from pianta.io._folders import check_output_file, check_output_folder
 from pianta.io.georeference import read_georeference
 from pianta.io.writers._formats import FORMATS, WriteOptions
@@ -82,6 +83,8 @@ def convert_floor(
         check_output_folder(path)
     else:
         check_output_file(path, "output")
+        if not path.parent.exists():
+            raise OptionError(f"output {short_repr(path)}: folder {short_repr(path.parent)} does not exist, create it")
     notes = convert(out, path, to=to, **options)
     if not quiet:
         if reference:

@@ -105,8 +105,6 @@ def check_output_file(file: Path, noun: str) -> None:
     Raises OptionError, in one line.
     """
     check_output_folder(file.parent)
-    if not file.parent.exists():
-        raise OptionError(f"{noun} {short_repr(file)}: folder {short_repr(file.parent)} does not exist, create it")
     fault = find_output_fault(file)
     if fault:
         raise OptionError(f"{noun} {short_repr(file)} {fault}")

@@ -91,11 +91,11 @@ def find_walls(floor: Floor) -> Walls:
     hosts: list[int] = []
     hosted: dict[int, list[Interval]] = {}
     removed: dict[int, list[Interval]] = {}
-    parts_by_rooms: dict[frozenset[int], list[int]] = {}
+    beside: dict[frozenset[int], list[int]] = {}
     for index, part in enumerate(parts):
-        parts_by_rooms.setdefault(frozenset(part.rooms), []).append(index)
+        beside.setdefault(frozenset(part.rooms), []).append(index)
     for door in floor.doors:
-        near = sorted(chain.from_iterable(parts_by_rooms.get(rooms, []) for rooms in _list_sides(door)))
+        near = sorted(chain.from_iterable(beside.get(rooms, []) for rooms in _list_sides(door)))
         spans = {index: span for index in near if (span := _find_span(parts[index], door)) is not None}
         host = max(spans, key=lambda index: spans[index][1] - spans[index][0], default=None)
         if host is None or spans[host][1] - spans[host][0] < MIN_HOSTED * door.line.length:
