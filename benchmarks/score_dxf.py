@@ -46,9 +46,9 @@ def main() -> None:
             pianta.convert(floor, target, to="dxf")
             again = pianta.read(target, labels=False).floor
             counts = print_score(f"survey {item}", [room.polygon for room in floor], again)
-            own, found = pairs_of(floor, floor), pairs_of(again, floor)
-            print(f"    pairs of rooms that doors join: {len(own & found)} of {len(own)}, {len(found)} found")
-            totals += (*counts, len(own & found), len(own))
+            truth, pairs = pairs_of(floor, floor), pairs_of(again, floor)
+            print(f"    pairs of rooms that doors join: {len(truth & pairs)} of {len(truth)}, {len(pairs)} found")
+            totals += (*counts, len(truth & pairs), len(truth))
     print(f"survey: {totals[0]} of {totals[1]} rooms exact, {totals[2]} of {totals[3]} pairs joined")
 
 

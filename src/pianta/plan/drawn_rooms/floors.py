@@ -91,8 +91,8 @@ def _make_floors(drawing: PlanDrawing, drawn_rooms: Sequence[DrawnRoom], metres:
     floors = []
     for members in _group_rooms(outlines, walls):
         rooms = tuple(
-            Room(room_id, outlines[index], name=drawn.name or None, number=drawn.number or None)
-            for room_id, (index, drawn) in enumerate(((index, drawn_rooms[index]) for index in members), start=1)
+            Room(room_id, outlines[index], name=source.name or None, number=source.number or None)
+            for room_id, (index, source) in enumerate(((index, drawn_rooms[index]) for index in members), start=1)
         )
         near = _lines_near(walls, rooms)
         doors = find_passages(rooms, named=drawing.doors * metres, unnamed=drawing.unnamed_doors * metres, walls=near)
