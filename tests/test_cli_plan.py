@@ -61,6 +61,25 @@ def plan(true_floor: Floor, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("doors", ["arc", "gap"])
+def test_rough_areas_are_marked_and_the_interval_is_kept(true_floor: Floor, tmp_path: Path, doors: str):
+    """Without names, sizes and drawn doors nothing but the look shows the scale."""
+    drawing = draw_plan(true_floor, style="thick", px_per_metre=PX_PER_METRE, doors=doors, seed=1)
+    Image.fromarray(drawing.colors).save(tmp_path / "plan.png")
+    out = tmp_path / "out"
+    result = run_pianta("read", str(tmp_path / "plan.png"), "-o", str(out), "--json", str(tmp_path / "all.json"))
+    assert result.code == 0, result.err
+    scale = json.loads((out / "floor.geojson").read_text())["scale"]
+    assert json.loads((tmp_path / "all.json").read_text())["files"][0]["storeys"][0]["scale"] == scale
+    low, high = scale["interval"]
+    assert low < scale["metres_per_pixel"] < high
+    assert scale["is_rough"] == ("~" in result.out) == bool(re.search(r"factor of [2-9]|10 or more", result.out))
+    if doors == "gap":
+        assert scale["is_rough"]
+        assert scale["sources"] == ["the look of the drawing"]
+
+
+@pytest.mark.slow
 def test_a_plan_is_read_into_its_files(plan: Path, true_floor: Floor, tmp_path: Path):
     result = run_pianta("read", str(plan), "-o", str(tmp_path / "out"))
     assert result.code == 0, result.err

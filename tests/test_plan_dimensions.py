@@ -14,7 +14,6 @@ from pianta.plan.text.dimensions import (
     parse_scale_bar,
     parse_size,
     remove_measures,
-    scale_from_dimensions,
 )
 
 NO_INK = np.zeros((200, 400), bool)
@@ -297,24 +296,6 @@ def test_a_bar_is_found_among_many_rows_of_rooms_and_dimensions(bar, bar_row):
     assert scale is not None
     assert scale.resolution == pytest.approx(0.05)
     assert scale.confidence > 0.9
-
-
-def test_sizes_of_rooms_vote_for_the_scale():
-    boxes = np.array([(0, 0, 100, 200), (0, 210, 100, 410), (110, 0, 210, 100), (0, 0, 300, 500)], float)
-    texts = [
-        number("4 x 8 m", 100, row=50),
-        number("8 x 4.1 m", 300, row=50),
-        number("1 x 1 m", 50, row=160),
-        number("3 x 9 m", 450, row=280),
-        number("24 x 30", 50, row=200),
-    ]
-    scale = scale_from_dimensions(texts, boxes)
-    assert scale is not None
-    assert scale.resolution == pytest.approx(0.0405, abs=0.0003)
-    assert 0 < scale.confidence < 1
-    assert scale_from_dimensions(texts[:1], boxes) is None
-    assert scale_from_dimensions([texts[0], texts[2]], boxes) is None
-    assert scale_from_dimensions(texts, np.zeros((0, 4))) is None
 
 
 @given(st.text(max_size=40))

@@ -1,263 +1,268 @@
-"""The scale of a plan: its sources, their order, and their confidences."""
+"""The scale of a plan by all its evidence: what agrees counts, nonsense does not, and errors are described."""
 
+from math import log, sqrt
+from typing import Any
+
+import cv2
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from shapely import box
 
-from pianta.errors import PlanError
 from pianta.floor import Floor, Room
-from pianta.plan import scale as plan_scale
 from pianta.plan.doors.swings import DoorWidth
-from pianta.plan.scale import (
-    PARAMETERS,
-    find_door_scale,
-    find_stated_scale,
-    fit_door_px,
-    is_reliable_width,
-    measure_door_width,
-    refine_by_sizes,
-)
+from pianta.plan.scale.dimension_lines import find_dimension_lines, measure_line
+from pianta.plan.scale.evidence import Measure, ScaleEvidence, combine_evidence
+from pianta.plan.scale.known_rooms import find_known_rooms
+from pianta.plan.scale.refined_scale import refine_scale
+from pianta.plan.scale.sheet_scale import LOOK, SheetScale
+from pianta.plan.scale.spaces import PARAMETERS, measure_spaces
 from pianta.plan.sheets.sheet import PlacedText, PlanScale, Sheet
-from pianta.plan.walls.segmentation import DOOR_CELLS, ClassMap
-from pianta.worlds.floors import make_corridor_floor
-from pianta.worlds.plans.drawing import draw_plan
+from pianta.plan.walls.segmentation import INSIDE, WALL, ClassMap
 
-PAGE = np.full((300, 400, 3), 255, np.uint8)
+LIMITS = {"low": 1e-3, "high": 10.0}
 
 
-def sheet(resolution: float | None = None) -> Sheet:
-    return Sheet(PAGE, resolution=resolution)
-
-
-def placed(text: str, row: float, col: float, *, height: float = 10.0) -> PlacedText:
-    """A text around its middle."""
+def placed(text: str, row: float, col: float, *, height: float = 8.0) -> PlacedText:
+    """A level text around its middle."""
     half = 0.3 * height * len(text)
     top, bottom, left, right = row - height / 2, row + height / 2, col - half, col + half
     return PlacedText(text, np.array([(top, left), (top, right), (bottom, right), (bottom, left)]))
 
 
-@pytest.fixture(scope="module")
-def barred():
-    """A plan with a scale bar, at 30 pixels per metre."""
-    return draw_plan(make_corridor_floor(seed=2, length=24, room_depth=4), scale_bar=True, px_per_metre=30)
+def evidence(
+    text: str, *resolutions: float, sd: float = 0.05, outlier_rate: float = 0.2, **rest: float
+) -> ScaleEvidence:
+    measures = tuple(Measure((each,), sd) for each in resolutions)
+    return ScaleEvidence(text, measures, rest.get("common", 0.0), outlier_rate, rest.get("kind", 0.0))
 
 
-def test_the_user_comes_before_the_file_and_the_file_before_the_bar(barred):
-    vector_sheet = Sheet(barred.colors, resolution=0.05)
-    user_scale = find_stated_scale(vector_sheet, barred.texts, resolution=0.02)
-    assert user_scale == PlanScale(0.02, "the given resolution", 1.0)
-    file_scale = find_stated_scale(vector_sheet, barred.texts)
-    assert file_scale is not None
-    assert (file_scale.resolution, file_scale.source) == (0.05, "the units of the file")
-    bar_scale = find_stated_scale(Sheet(barred.colors), barred.texts)
-    assert bar_scale is not None
-    assert bar_scale.source == "the scale bar"
-    assert bar_scale.resolution == pytest.approx(1 / 30, rel=0.03)
-    assert 0 < bar_scale.confidence < file_scale.confidence < user_scale.confidence
+def test_one_certain_measure_is_the_scale_and_its_error():
+    combined = combine_evidence([evidence("one", 0.02, sd=0.1, outlier_rate=0.0)], **LIMITS)
+    assert combined.resolution == pytest.approx(0.02, rel=0.01)
+    # 80 % of a normal distribution lie within 1.2816 standard deviations, 95 % within 1.96
+    assert [abs(log(end / 0.02)) for end in combined.usual] == pytest.approx([0.128, 0.128], abs=0.01)
+    assert [abs(log(end / 0.02)) for end in combined.wide] == pytest.approx([0.196, 0.196], abs=0.01)
+    # 15 % are 1.3976 standard deviations
+    assert combined.certainty == pytest.approx(0.838, abs=0.03)
 
 
-def test_without_user_file_and_bar_no_scale_is_stated():
-    assert find_stated_scale(sheet(), ()) is None
-    assert find_stated_scale(sheet(), (placed("Office", 50, 50),)) is None
+def test_two_measures_meet_in_the_middle_and_are_surer():
+    combined = combine_evidence([evidence("both", 0.019, 0.021, sd=0.1, outlier_rate=0.0)], **LIMITS)
+    assert combined.resolution == pytest.approx(sqrt(0.019 * 0.021), rel=0.01)
+    assert log(combined.usual[1] / combined.usual[0]) == pytest.approx(2 * 0.128 / sqrt(2), abs=0.015)
 
 
-@pytest.mark.parametrize("resolution", [0.0, -0.05, float("nan"), float("inf")])
-def test_a_resolution_that_is_no_positive_number_is_refused(resolution):
-    with pytest.raises(PlanError, match=f"resolution.*{resolution}"):
-        find_stated_scale(sheet(0.05), (), resolution=resolution)
+def test_a_common_error_does_not_shrink_with_more_measures():
+    many = evidence("many", *[0.02] * 50, sd=0.05, outlier_rate=0.0, common=0.1)
+    combined = combine_evidence([many], **LIMITS)
+    assert log(combined.usual[1] / combined.resolution) == pytest.approx(0.128, abs=0.015)
 
 
-@pytest.mark.parametrize("resolution", [1e-9, 0.004, 13.0, 1e9])
-def test_an_impossible_resolution_is_refused_and_one_of_the_file_ignored(resolution):
-    with pytest.raises(PlanError, match=f"resolution.*{resolution}.*400"):
-        find_stated_scale(sheet(), (), resolution=resolution)
-    assert find_stated_scale(sheet(resolution), ()) is None
+def test_nonsense_does_not_move_the_scale_and_is_no_source():
+    right, wrong = evidence("areas", 0.02, 0.0202, 0.0198, 0.3), evidence("doors", 0.09, kind=0.3)
+    combined = combine_evidence([right, wrong], **LIMITS)
+    assert combined.resolution == pytest.approx(0.02, rel=0.03)
+    assert [each.text for each in combined.agreeing] == ["areas"]
 
 
-@given(st.floats(PARAMETERS.min_sheet / 400, PARAMETERS.max_sheet / 400))
-def test_any_possible_resolution_is_accepted(resolution):
-    assert find_stated_scale(sheet(), (), resolution=resolution) == PlanScale(resolution, "the given resolution", 1.0)
+def test_the_other_evidence_decides_between_two_units():
+    ambiguous = ScaleEvidence("sizes", (Measure((0.02, 0.0656), 0.03),), 0.0, 0.1, 0.0)
+    for hint, expected in ((0.018, 0.02), (0.08, 0.0656)):
+        combined = combine_evidence([ambiguous, evidence("doors", hint, sd=0.2)], **LIMITS)
+        assert combined.resolution == pytest.approx(expected, rel=0.03)
 
 
-def test_one_door_that_the_file_names_gives_the_width_of_doors():
-    named = np.array([[(10.0, 20.0), (10.0, 50.0)]])
-    assert measure_door_width([], named) == DoorWidth(30.0, 1, 1.0)
-    assert measure_door_width([], named[:0]) is None
+def test_without_evidence_every_scale_is_possible():
+    combined = combine_evidence([], **LIMITS)
+    assert combined.resolution == pytest.approx(0.1, rel=0.02)
+    assert combined.wide == pytest.approx((10 ** (-3 + 4 * 0.025), 10 ** (-3 + 4 * 0.975)), rel=0.03)
 
 
-@pytest.mark.parametrize(("door_px", "side"), [(None, 100.0), (20.0, None)])
-def test_with_equal_entropies_a_sheet_without_doors_has_the_usual_length(monkeypatch, door_px, side):
-    def segment_evenly(part, *, door_px, networks):
-        return ClassMap(np.full((4, 2, 2), 0.25, np.float32), 1.0)
-
-    monkeypatch.setattr(plan_scale, "segment_sheet", segment_evenly)
-    size = fit_door_px(Sheet(PAGE), door_px=door_px, networks=["one"])
-    assert size == pytest.approx(max(PAGE.shape) / side if side else door_px * 0.5)
-
-
-def test_doors_are_90_centimetres_wide():
-    scale = find_door_scale(DoorWidth(30.0, 7, 0.5), 24.0)
-    assert scale.source == "7 doors of 0.9 m"
-    assert [scale.resolution, scale.confidence] == pytest.approx([0.03, 0.3])
-    by_look = find_door_scale(None, 45.0)
-    assert by_look.source == "the look of its walls"
-    assert by_look.resolution == pytest.approx(0.02)
-    assert by_look.confidence < find_door_scale(DoorWidth(30.0, 7, 0.9), 24.0).confidence
-
-
-def test_doors_that_disagree_with_the_network_do_not_count():
-    assert find_door_scale(DoorWidth(30.0, 7, 0.5), 99.0) == find_door_scale(None, 99.0)
-
-
-@pytest.mark.parametrize("factor", [PARAMETERS.door_factors[0], PARAMETERS.door_factors[-1]])
-@pytest.mark.parametrize("rounding", [1 - 1e-9, 1 + 1e-9])
-def test_the_extreme_sizes_that_are_tried_agree_with_the_doors(factor, rounding):
-    scale = find_door_scale(DoorWidth(30.0, 7, 0.5), 30.0 * factor * rounding)
-    assert scale.resolution == pytest.approx(0.03)
-
-
-def test_a_scale_describes_its_value_source_and_confidence():
-    description = str(PlanScale(0.03333, "7 doors of 0.9 m", 0.456))
-    assert description == "0.0333 m per pixel by 7 doors of 0.9 m, confidence 0.46"
-    unit_description = PlanScale(0.005, "the given resolution", 1.0).describe(px_per_unit=4.0)
-    assert unit_description == "0.02 m per drawing unit by the given resolution, confidence 1.00"
-
-
-def uncertain_network(best: float, tried: list[float]):
-    """A network whose entropy is least at the best size of doors; tried: collects the sizes."""
-
-    def segment_sheet(colors, *, door_px, networks):
-        tried.append(door_px)
-        # The more even the shares, the higher the entropy.
-        even = min(abs(np.log(door_px / best)) / 8, 0.24)
-        shares = np.full((4, 2, 2), even, np.float32)
-        shares[0] = 1 - 3 * even
-        return ClassMap(shares, door_px / DOOR_CELLS)
-
-    return segment_sheet
-
-
-@pytest.mark.parametrize(("door_px", "best"), [(20.0, 12.5), (20.0, 20.0), (40.0, 20.0), (6.0, 6.0)])
-def test_sizes_near_the_drawn_doors_are_tried(monkeypatch, door_px, best):
-    tried: list[float] = []
-    monkeypatch.setattr(plan_scale, "segment_sheet", uncertain_network(best, tried))
-    assert fit_door_px(Sheet(PAGE), door_px=door_px, networks=["one"]) == pytest.approx(best, rel=0.13)
-    assert min(tried) <= door_px * 0.5
-    assert max(tried) >= door_px
-    assert len(tried) == len(set(tried))
-
-
-def test_with_reliable_doors_few_sizes_are_tried(monkeypatch):
-    """The network takes as long for each size as for a small sheet."""
-    tried: list[float] = []
-    monkeypatch.setattr(plan_scale, "segment_sheet", uncertain_network(12.5, tried))
-    assert fit_door_px(Sheet(PAGE), door_px=20.0, is_reliable=True, networks=["one"]) == pytest.approx(12.5, rel=0.13)
-    few = len(tried)
-    assert few <= 5
-    fit_door_px(Sheet(PAGE), door_px=20.0, networks=["one"])
-    beyond = [size for size in tried[few:] if not 20.0 * 0.5 <= size <= 20.0]
-    assert len(tried[few:]) == few + len(beyond)
-
-
-def test_drawn_doors_are_ignored_if_the_drawing_has_another_scale(monkeypatch):
-    monkeypatch.setattr(plan_scale, "segment_sheet", uncertain_network(4.0, []))
-    assert fit_door_px(Sheet(PAGE), door_px=90.0, networks=["one"]) == pytest.approx(4.0, rel=0.15)
-
-
-def test_sizes_much_larger_than_the_drawn_doors_are_not_tried(monkeypatch):
-    """On 400 pixels doors of 16 are tried; with arcs of 4 those of 10 are, but not those of 16."""
-    tried: list[float] = []
-    monkeypatch.setattr(plan_scale, "segment_sheet", uncertain_network(16.0, tried))
-    fit_door_px(Sheet(PAGE), door_px=4.0, networks=["one"])
-    assert 9 < max(tried) <= 3 * 4.0 * PARAMETERS.neighbour_factor
-
-
-def test_on_an_impossibly_long_sheet_all_larger_sizes_are_tried(monkeypatch):
-    """With arcs of 1.5 pixels 400 pixels are 267 doors long; doors of 10 are tried, as without drawn doors."""
-    monkeypatch.setattr(plan_scale, "segment_sheet", uncertain_network(10.0, []))
-    assert fit_door_px(Sheet(PAGE), door_px=1.5, networks=["one"]) == pytest.approx(10.0, rel=0.13)
-    assert fit_door_px(Sheet(PAGE), door_px=1.7, networks=["one"]) < 3 * 1.7 * PARAMETERS.neighbour_factor
+@given(st.lists(st.floats(0.002, 5.0), min_size=1, max_size=8), st.floats(0.01, 0.6), st.floats(0.01, 0.9))
+def test_the_intervals_hold_the_scale(resolutions, sd, outlier_rate):
+    combined = combine_evidence([evidence("any", *resolutions, sd=sd, outlier_rate=outlier_rate)], **LIMITS)
+    (low, high), (lowest, highest) = combined.usual, combined.wide
+    assert 1e-3 <= lowest <= low <= combined.resolution <= high <= highest <= 10.0001
+    assert 0 <= combined.certainty <= 1.0001
 
 
 @pytest.mark.parametrize(
-    ("count", "longest", "expected"), [(8, 4000, True), (7, 4000, False), (8, 5100, False), (400, 5100, False)]
+    ("name", "kinds"),
+    [
+        ("Bedroom 1", ["bedroom"]),
+        ("SOVRUM 2", ["bedroom"]),
+        ("Schlafzimmer", ["bedroom"]),
+        ("Camera da letto", ["bedroom"]),
+        ("Chambre à coucher", ["bedroom"]),
+        ("Habitación", ["bedroom"]),
+        ("DORMITÓRIO 1", ["bedroom"]),
+        ("MH", ["bedroom"]),
+        ("洋室", ["bedroom"]),
+        ("Спальня", ["bedroom"]),
+        ("リビング", ["living room"]),
+        ("Living/ Dining", ["living room", "dining room"]),
+        ("Küche", ["kitchen"]),
+        ("Salle de réunion", ["meeting room"]),
+        ("12. BÜRO", ["office"]),
+        ("Klassenzimmer 3", ["classroom"]),
+        ("Abroad", []),
+        ("204", []),
+        ("", []),
+        ("bed " * 100, []),
+    ],
 )
-def test_many_doors_are_reliable_unless_the_sheet_is_impossibly_long(count, longest, expected):
-    assert is_reliable_width(DoorWidth(20.0, count, 0.9), longest) == expected
-    assert not is_reliable_width(None, longest)
+def test_names_of_rooms_have_usual_areas(name, kinds):
+    assert [room.kind for room in find_known_rooms(name)] == kinds
 
 
-@pytest.mark.parametrize("best", [3.0, 6.0, 8.0, 16.0])
-def test_without_doors_all_sizes_of_buildings_are_tried(monkeypatch, best):
-    """On 400 pixels, from 160 doors of 2.5 pixels to 25 doors of 16."""
-    monkeypatch.setattr(plan_scale, "segment_sheet", uncertain_network(best, []))
-    assert fit_door_px(Sheet(PAGE), door_px=None, networks=["one"]) == pytest.approx(best, rel=0.15)
+# Two rooms of 200 x 150 and 250 x 150 pixels inside their walls, on a sheet of 400 rows; cells of 2 pixels. The network
+# draws the walls wider.
+CELL = 2.0
+INNER = ((20, 20, 220, 170), (240, 20, 490, 170))
+SHAPE = (400, 520)
 
 
-def test_the_first_network_is_tried_on_the_part_with_the_most_ink(monkeypatch):
-    """Lines in the lower right of a sheet; a ninth of the sheet is tried."""
-    colors = np.full((1500, 1500, 3), 255, np.uint8)
-    colors[1300:1500:10, 1200:1500] = 0
-    tried = []
-
-    def segment_sheet(part, *, door_px, networks):
-        tried.append((part, tuple(networks)))
-        return ClassMap(np.full((4, 2, 2), 0.25, np.float32), 1.0)
-
-    monkeypatch.setattr(plan_scale, "segment_sheet", segment_sheet)
-    fit_door_px(Sheet(colors), door_px=9.0, networks=["one", "two"])
-    assert {networks for _, networks in tried} == {("one",)}
-    assert all((part == 0).any() and part.shape[0] == part.shape[1] <= 1500 for part, _ in tried)
+def two_rooms() -> tuple[list[Floor], ClassMap]:
+    probabilities = np.zeros((4, int(SHAPE[0] / CELL), int(SHAPE[1] / CELL)), np.float32)
+    probabilities[WALL] = 1
+    excess = round(PARAMETERS.wall_excess * CELL)
+    for left, low, right, high in INNER:
+        sides = np.array([SHAPE[0] - high + excess, SHAPE[0] - low - excess, left + excess, right - excess])
+        top, bottom, first, last = np.rint(sides / CELL).astype(int)
+        probabilities[WALL, top:bottom, first:last] = 0
+        probabilities[INSIDE, top:bottom, first:last] = 1
+    # Rooms reach to the middle of the walls
+    rooms = [Room(1, box(10, 10, 230, 180)), Room(2, box(230, 10, 500, 180))]
+    return [Floor(tuple(rooms))], ClassMap(probabilities, CELL)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("door_px", [None, 0.001, 2.0])
-def test_the_sheet_never_has_more_cells_than_the_limit(monkeypatch, door_px):
-    tried: list[float] = []
-    monkeypatch.setattr(plan_scale, "segment_sheet", uncertain_network(10.0, tried))
-    size = fit_door_px(Sheet(np.zeros((3000, 8000, 3), np.uint8)), door_px=door_px, networks=["one"])
-    assert 3000 * 8000 / (size / DOOR_CELLS) ** 2 <= PARAMETERS.max_cells * 1.001
-    assert size == min(tried)
+def test_the_floor_of_a_room_ends_at_the_faces_of_its_walls():
+    texts = [placed("one", 300, 100), placed("outside", 50, 100)]
+    spaces = measure_spaces(*two_rooms(), texts, height=SHAPE[0])
+    assert [space.width for space in spaces] == pytest.approx([200, 250], abs=3)
+    assert [space.height for space in spaces] == pytest.approx([150, 150], abs=3)
+    assert [space.area for space in spaces] == pytest.approx([30000, 37500], rel=0.03)
+    assert [[text.text for text in space.texts] for space in spaces] == [["one"], []]
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("shape", [(1, 1), (1, 400), (2, 3)])
-def test_the_smallest_sheets_have_a_size(shape):
-    assert fit_door_px(Sheet(np.full((*shape, 3), 255, np.uint8)), door_px=None) > 0
+def refine(*texts: PlacedText, ink: np.ndarray | None = None, **measured: Any) -> PlanScale:
+    """The scale of the sheet with the two rooms; doors of 40 pixels by the network alone."""
+    colors = np.full((*SHAPE, 3), 255, np.uint8)
+    if ink is not None:
+        colors[ink] = 0
+    first: dict[str, Any] = {
+        "scale": PlanScale(0.0225, LOOK, 0.3),
+        "is_stated": False,
+        "bar": None,
+        "swings": (),
+        "door_width": None,
+        "doors_agree": False,
+        "door_px": 40.0,
+        "drawn_door_px": 40.0,
+    }
+    floors, class_map = two_rooms()
+    return refine_scale(SheetScale(**(first | measured)), Sheet(colors), floors, class_map, texts)
 
 
-def drawn_floor(*boxes: tuple[float, float, float, float]) -> Floor:
-    return Floor(tuple(Room(number, box(*sides)) for number, sides in enumerate(boxes, start=1)))
+@pytest.mark.parametrize(
+    "written",
+    [
+        ("12 m²", "15 m²"),
+        ("129 sf", "161 sf"),
+        ("4.00 x 3.00 m", "3,00 x 5,00"),
+        ("13'1\" x 9'10\"", "16'5\" x 9'10\""),
+        ("400 x 300", "500 x 300"),
+        ("7.4帖", "9.3帖"),
+    ],
+)
+def test_measures_written_in_rooms_give_the_scale(written):
+    """At 0.02 m per pixel the rooms are 4 m x 3 m and 5 m x 3 m."""
+    scale = refine(placed(written[0], 300, 120), placed(written[1], 300, 360))
+    assert scale.resolution == pytest.approx(0.02, rel=0.05)
+    assert "written in 2 rooms" in scale.source
+    assert scale.confidence > 0.9
+    assert not scale.is_rough
+    low, high = scale.interval or (0, 0)
+    assert low < 0.02 < high
 
 
-# Two rooms on a sheet of 300 rows, in pixels with y up; 4 m × 3 m and 5 m × 3 m at 0.02 m per pixel.
-FLOORS = [drawn_floor((0, 0, 200, 150)), drawn_floor((300, 100, 550, 250))]
-SIZES = (placed("4.00 x 3.00 m", 225, 100), placed("5.00 x 3.00 m", 125, 425))
+def test_a_total_area_gives_the_scale_roughly():
+    scale = refine(placed("Total area 29 m²", 30, 200))
+    assert scale.resolution == pytest.approx(0.02, rel=0.1)
+    assert scale.source == "the total area"
 
 
-def test_sizes_written_in_rooms_give_the_scale():
-    scale = refine_by_sizes(PlanScale(0.05, "the look of its walls", 0.3), FLOORS, SIZES, 300)
-    assert scale.source == "sizes written in rooms"
-    assert scale.resolution == pytest.approx(0.02)
-    assert 0.3 < scale.confidence <= 1
+def test_names_give_the_scale_roughly():
+    """Two bedrooms of 12.5 m² on 30000 and 37500 square pixels."""
+    scale = refine(placed("Bedroom", 300, 120), placed("BEDROOM 2", 300, 360))
+    assert scale.resolution == pytest.approx(sqrt(12.5 / 33541), rel=0.1)
+    assert scale.source == "the names of 2 rooms"
+    assert "; areas may be wrong by a factor of" in str(scale)
+    assert not scale.is_look
 
 
-def test_without_sizes_or_with_a_more_certain_scale_the_scale_stays():
-    scale = PlanScale(0.05, "the look of its walls", 0.3)
-    assert refine_by_sizes(scale, FLOORS, (), 300) is scale
-    assert refine_by_sizes(scale, FLOORS, (placed("Office", 225, 100),), 300) is scale
-    # The text is in no room.
-    assert refine_by_sizes(scale, FLOORS, (placed("4.00 x 3.00 m", 20, 20),), 300) is scale
-    certain = PlanScale(0.05, "doors", 1.01)
-    assert refine_by_sizes(certain, FLOORS, SIZES, 300) is certain
-    assert refine_by_sizes(scale, [], SIZES, 300) is scale
+def test_doors_give_the_scale():
+    scale = refine(door_width=DoorWidth(40.0, 12, 0.85), doors_agree=True)
+    assert scale.source == "12 doors"
+    assert 0.78 / 40 * 0.95 < scale.resolution < 0.9 / 40 * 1.05
 
 
-def test_the_resolution_of_a_vector_drawing_is_metres_per_unit():
-    """A sheet of 400 pixels with 8 pixels per unit is a drawing of 50 units."""
-    vector_sheet = Sheet(PAGE, px_per_unit=8.0)
-    assert find_stated_scale(vector_sheet, (), resolution=0.4) == PlanScale(0.05, "the given resolution", 1.0)
-    with pytest.raises(PlanError, match=r"0\.01.*0\.5"):
-        find_stated_scale(vector_sheet, (), resolution=0.01)
+def test_the_look_alone_is_a_source_and_marks_the_areas():
+    scale = refine()
+    assert (scale.source, scale.is_look, scale.is_rough) == (LOOK, True, True)
+    assert "areas may be wrong by a factor of" in str(scale)
+    assert "give the resolution" in str(scale)
+
+
+def test_what_is_stated_stays():
+    stated = PlanScale(0.5, "the given resolution", 1.0)
+    assert refine(placed("12 m²", 300, 120), scale=stated, is_stated=True) is stated
+
+
+def test_dimension_lines_give_the_scale_although_rooms_are_cut():
+    ink = np.zeros(SHAPE, bool)
+    ink[350, 20:221] = True
+    ink[340:361, 20] = ink[340:361, 220] = True
+    scale = refine(placed("4000", 342, 120), placed("12 m²", 300, 120), ink=ink)
+    assert "1 dimension line" in scale.source
+    assert scale.resolution == pytest.approx(0.02, rel=0.03)
+
+
+@pytest.mark.parametrize("is_level", [True, False])
+def test_a_dimension_line_ends_at_its_ticks(is_level):
+    """A line of 300 pixels, cut by slashes into pieces of 100 and 200."""
+    ink = np.zeros((120, 400), np.uint8)
+    cv2.line(ink, (50, 60), (350, 60), 1, 1)
+    for col in (50, 150, 350):
+        cv2.line(ink, (col - 6, 66), (col + 6, 54), 1, 1)
+    text = placed("2000", 52, 250)
+    if not is_level:
+        ink = np.ascontiguousarray(ink.T)
+        # From below upwards, as texts beside upright lines are read
+        corners = text.corners[:, ::-1]
+        text = PlacedText(text.text, np.array([corners[1], corners[0], corners[3], corners[2]])[[0, 1, 2, 3]])
+    lines = find_dimension_lines([text], ink.astype(bool))
+    assert lines is not None
+    assert any(each == pytest.approx(0.01, rel=0.03) for each in lines.measures[0].resolutions)
+
+
+def test_numbers_of_rooms_are_no_dimensions():
+    ink = np.zeros((200, 400), bool)
+    ink[110, 50:350] = True
+    numbers = [placed(str(number), 100, 60 + 60 * index) for index, number in enumerate((101, 102, 103, 104))]
+    assert find_dimension_lines(numbers, ink) is None
+    assert measure_line(placed("2000", 20, 200), ink) == ()
+
+
+def test_a_scale_describes_its_value_interval_sources_and_outlier_rate():
+    scale = PlanScale(0.03, "7 doors", 0.9, interval=(0.0285, 0.0316), wide_interval=(0.0275, 0.0327))
+    assert str(scale) == "0.03 m per pixel, 0.0285 to 0.0316 (7 doors)"
+    rough = PlanScale(0.03, "7 doors", 0.5, interval=(0.025, 0.036), wide_interval=(0.02, 0.045))
+    assert str(rough).endswith("; areas may be wrong by a factor of 2.2, give the resolution")
+    assert (scale.is_rough, rough.is_rough) == (False, True)
+    stated = PlanScale(0.005, "the given resolution", 1.0)
+    assert stated.describe(px_per_unit=4.0) == "0.02 m per drawing unit (the given resolution)"
+    assert (stated.area_factor, stated.is_rough) == (1, False)
+    assert stated.as_json()["sources"] == ["the given resolution"]

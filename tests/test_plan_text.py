@@ -7,6 +7,7 @@ import pytest
 
 from pianta.plan.sheets.sheet import PlacedText, Sheet
 from pianta.plan.text import recognition as plan_text
+from pianta.plan.text.detection import text_reader
 from pianta.plan.text.recognition import erase_texts, read_texts, remove_texts, text_reader_available
 from pianta.worlds.plans.name_sheets import letter_rooms
 
@@ -32,7 +33,7 @@ def test_texts_are_read_level_and_upright_without_a_network(monkeypatch):
 
     monkeypatch.setattr(socket.socket, "connect", refuse)
     monkeypatch.setattr(socket, "getaddrinfo", refuse)
-    plan_text._reader.cache_clear()
+    text_reader.cache_clear()
     names = "204 French", "Büro"
     level, upright = letter_rooms(names, capital=9), letter_rooms(names, capital=14, rotation=90)
     page = np.full((level.colors.shape[0] + upright.colors.shape[0], 420, 3), 255, np.uint8)

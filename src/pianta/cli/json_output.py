@@ -65,6 +65,7 @@ def _describe_storey(storey: StoreyReading, out: Path) -> dict[str, Any]:
         "global_id": floor.global_id,
         "building_type": dict(floor.building_type),
         "area": round(sum(room.polygon.area for room in floor), DIGITS),
+        "scale": storey.scale and storey.scale.as_json(),
         "messages": [*storey.messages],
         "rooms": _list_rooms(floor),
         "doors": [

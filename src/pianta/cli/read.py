@@ -17,6 +17,7 @@ from pianta.cli.terminal import (
     Quiet,
     counting_files,
     describe_floor,
+    format_area,
     make_table,
     print_error,
     print_result,
@@ -54,6 +55,7 @@ EXAMPLES = (
     "pianta read maps/*.yaml -o buildings --jobs 4",
     "pianta read plan.png -o building --type school",
     "pianta read drawings.pdf --page 3 -o building",
+    "pianta read floor.dxf --room-layers 'A-AREA*' --door-layers A-DOOR -o building",
     "pianta read ground.yaml first.yaml -o house --storey ground:0 --storey first:3.1",
     "pianta read map.yaml -o building --clean clean.yaml --explain",
     "pianta read run.bag -o building --topic /map",
@@ -96,6 +98,14 @@ As = Annotated[
 Page = Annotated[int | None, typer.Option(min=1, help="Page of a PDF.")]
 Symbols = Annotated[
     Path | None, typer.Option(metavar="FOLDER", help="PNGs of further symbols of plans; door*.png are doors.")
+]
+WallLayers = Annotated[
+    list[str] | None,
+    typer.Option(metavar="NAME", help="Layer of walls of a DXF, * for any letters; may be repeated."),
+]
+DoorLayers = Annotated[list[str] | None, typer.Option(metavar="NAME", help="The same for doors.")]
+RoomLayers = Annotated[
+    list[str] | None, typer.Option(metavar="NAME", help="The same for closed outlines, which then are the rooms.")
 ]
 Words = Annotated[Path | None, typer.Option(metavar="FILE", help="JSON with further words in names of rooms.")]
 Resolution = Annotated[
@@ -166,6 +176,9 @@ def read_maps(
     max_cells: MaxCells = MAX_CELLS,
     page: Page = None,
     symbols: Symbols = None,
+    wall_layers: WallLayers = None,
+    door_layers: DoorLayers = None,
+    room_layers: RoomLayers = None,
     words: Words = None,
     walls: Walls = False,
     graph: Graph = False,
@@ -195,6 +208,10 @@ def read_maps(
     Rooms of plans get the names that are written in them, from which their labels
     follow; several floors on a plan get a folder each, floor-1, floor-2, ….
 
+    Closed outlines with a text inside are the rooms of a DXF, exactly; what was
+    taken from which layer is printed, and --room-layers, --wall-layers and
+    --door-layers correct it.
+
     With --storey the files are storeys of one building, and building.json joins
     their folders. Stairs and lifts with one name on two storeys join these.
 
@@ -221,6 +238,9 @@ def read_maps(
         "max_cells": max_cells,
         "page": page,
         "symbols": symbols,
+        "wall_layers": _split_layers(wall_layers),
+        "door_layers": _split_layers(door_layers),
+        "room_layers": _split_layers(room_layers),
         "words": words,
         "building_type": building_type,
         "room_model": model,
@@ -238,15 +258,28 @@ def read_maps(
     options["message"] = _parse_message(message)
     extras = _Extras(clean, explain)
     extras.check(maps, method)
-    named = parse_storeys(storeys, len(maps)) if storeys else None
-    links = [*parse_links(stairs or (), "stairs"), *parse_links(lifts or (), "lift")]
-    if links and named is None:
-        raise OptionError("--stairs and --lift join storeys, give --storey for each file")
+    named, links = _parse_building(storeys, stairs, lifts, len(maps))
     if len(maps) == 1 and named is None:
         readings = [_read_one(maps[0], out, options, extras, walls=walls, graph=graph, quiet=quiet)]
     else:
         readings = _read_several(maps, out, options, named, links, walls=walls, graph=graph, jobs=jobs, quiet=quiet)
     _finish(readings, out, json_file, expected=len(maps))
+
+
+def _parse_building(
+    storeys: Sequence[str] | None, stairs: Sequence[str] | None, lifts: Sequence[str] | None, count: int
+) -> tuple[list[tuple[str, float | None]] | None, list[Link]]:
+    """The names and heights of `count` storeys, None without names, and what joins them. Raises OptionError."""
+    named = list(parse_storeys(storeys, count)) if storeys else None
+    links = [*parse_links(stairs or (), "stairs"), *parse_links(lifts or (), "lift")]
+    if links and named is None:
+        raise OptionError("--stairs and --lift join storeys, give --storey for each file")
+    return named, links
+
+
+def _split_layers(names: Sequence[str] | None) -> tuple[str, ...]:
+    """Names of layers, which a comma separates too: layers have none in their names."""
+    return tuple(name.strip() for text in names or () for name in text.split(",") if name.strip())
 
 
 def _finish(readings: Sequence[Reading], out: Path, json_file: Path | None, *, expected: int) -> None:
@@ -373,14 +406,15 @@ def _read_one(
 
 def _print_storey(storey: StoreyReading, folder: Path, *, label_unknown: bool) -> None:
     """Print the rooms of a storey, the type of its building, its messages, and where the results are."""
-    print_table(tabulate_rooms(storey.floor))
+    is_rough = storey.scale is not None and storey.scale.is_rough
+    print_table(tabulate_rooms(storey.floor, is_rough=is_rough))
     if storey.candidate_types:
         print_result(f"building: {describe_type(storey.floor, storey.candidate_types)}")
         if not storey.floor.building_type and not label_unknown:
             print_result(LABELS_LEFT_OUT)
     for line in storey.messages:
         print_result(line)
-    print_result(f"{describe_floor(storey.floor)}, in {folder}")
+    print_result(f"{describe_floor(storey.floor, is_rough=is_rough)}, in {folder}")
 
 
 def save_explanation(explanation: Explanation, path: Path) -> None:
@@ -399,7 +433,9 @@ def _print_one_of_several(result: Reading | Failure, *, quiet: bool) -> bool:
     for storey in () if quiet else result.storeys:
         building_type = f", {_name_type(storey.floor)}" if storey.candidate_types else ""
         folder = (result.folder or Path()) / storey.name
-        print_result("; ".join([f"{describe_floor(storey.floor)}{building_type}, in {folder}", *storey.messages]))
+        is_rough = storey.scale is not None and storey.scale.is_rough
+        described = f"{describe_floor(storey.floor, is_rough=is_rough)}{building_type}, in {folder}"
+        print_result("; ".join([described, *storey.messages]))
     return True
 
 
@@ -409,17 +445,17 @@ def _name_type(floor: Floor) -> str:
     return f"{types[0]} {floor.building_type[types[0]]:.2f}" if types else "unknown type"
 
 
-def tabulate_rooms(floor: Floor) -> Table:
+def tabulate_rooms(floor: Floor, *, is_rough: bool = False) -> Table:
     """Table of the rooms: id, area, doors, neighbours, openings, entrances, number, name, flag, label, seen, sure.
 
-    Those from openings on are columns if any room has them.
+    Those from openings on are columns if any room has them. is_rough: whether the areas are uncertain, and marked.
     An entrance counts as an entrance only, not as a door or an opening.
     """
     graph = floor.graph()
     counts = Counter((room_id, door.kind) for door in floor.doors if not door.is_entrance for room_id in door.room_ids)
     columns = {
         "room": [str(room.id) for room in floor.rooms],
-        "area m²": [f"{room.polygon.area:.1f}" for room in floor.rooms],
+        "area m²": [format_area(room.polygon.area, is_rough=is_rough) for room in floor.rooms],
         "doors": [str(counts[room.id, "door"]) for room in floor.rooms],
         "openings": [str(counts[room.id, "opening"] or "") for room in floor.rooms],
         "entrances": [str(graph.nodes[room.id]["entrances"] or "") for room in floor.rooms],

@@ -206,12 +206,20 @@ def make_table(
     return table
 
 
-def describe_floor(floor: Floor) -> str:
-    """How many rooms, doors, openings, entrances and possible doors there are, and the area of the rooms together."""
+def format_area(area: float, *, is_rough: bool = False) -> str:
+    """An area, m²; a rough one has a mark and two digits."""
+    return f"~{float(f'{area:.2g}'):g}" if is_rough else f"{area:.1f}"
+
+
+def describe_floor(floor: Floor, *, is_rough: bool = False) -> str:
+    """How many rooms, doors, openings, entrances and possible doors there are, and the area of the rooms together.
+
+    is_rough: whether the scale, and so the area, is uncertain.
+    """
     door_kinds = Counter("entrance" if door.is_entrance else door.kind for door in floor.doors)
     counts = {"room": len(floor.rooms), "door": door_kinds["door"]}
     counts |= {noun: door_kinds[noun] for noun in ("opening", "entrance") if door_kinds[noun]}
     counts |= {"possible door": len(floor.possible_doors)} if floor.possible_doors else {}
     listed = ", ".join(count_noun(count, noun) for noun, count in counts.items())
     area = sum(room.polygon.area for room in floor.rooms)
-    return f"{listed}, {area:.1f} m²"
+    return f"{listed}, {format_area(area, is_rough=is_rough)} m²"

@@ -61,13 +61,14 @@ _Probabilities = dict[str, Annotated[FiniteFloat, Field(ge=0)]]
 _LabelProbabilities = dict[str, Annotated[FiniteFloat, Field(ge=0, le=1)]]
 
 
-def save_floor(floor: Floor, path: str | Path) -> None:
+def save_floor(floor: Floor, path: str | Path, *, scale: Mapping[str, Any] | None = None) -> None:
     """Write a floor as floor.geojson, a feature a line; read_floor returns an equal floor.
 
+    scale: of a plan, as the member `scale`, which is not read.
     Equal floors give equal bytes.
     Raises FloorError for a floor that read_floor would refuse, and PiantaError if the file cannot be written.
     """
-    save_checked(path, "floor", FloorError, lambda: _dump_floor(floor))
+    save_checked(path, "floor", FloorError, lambda: _dump_floor(floor, scale))
 
 
 def read_floor(path: str | Path) -> Floor:
@@ -119,9 +120,9 @@ def describe_floor(floor: Floor) -> dict[str, Any]:
     }
 
 
-def _dump_floor(floor: Floor) -> bytes:
+def _dump_floor(floor: Floor, scale: Mapping[str, Any] | None) -> bytes:
     """The content of floor.geojson; FloorError if it would not be read as the same floor."""
-    header = describe_floor(floor)
+    header = describe_floor(floor) | ({} if scale is None else {"scale": scale})
     features = ",\n".join(map(_dump_strictly, header.pop("features")))
     content = f'{_dump_strictly(header)[:-1]}, "features": [\n{features}\n]}}\n'.encode()
     if parse_floor(content) != floor:

@@ -125,6 +125,17 @@ def read_picture(path: Source, *, max_cells: int = MAX_CELLS) -> NDArray[np.uint
     return _decode_file(path, _compose_on_white, max_cells, formats=_PICTURE_FORMATS)
 
 
+def read_dots_per_inch(path: Source) -> float | None:
+    """Pixels per inch of paper that a picture states, None without; errors as of read_grey."""
+    return _decode_file(path, _find_dots_per_inch, MAX_CELLS, formats=_PICTURE_FORMATS)
+
+
+def _find_dots_per_inch(image: Image.Image) -> float | None:
+    dots = image.info.get("dpi")
+    stated = dots[0] if isinstance(dots, tuple) and dots else None
+    return float(stated) if isinstance(stated, int | float) and isfinite(stated) and stated > 0 else None
+
+
 def _compose_on_white(image: Image.Image) -> NDArray[np.uint8]:
     """Red, green and blue, shape (H, W, 3), of an image on white, turned upright by its EXIF orientation."""
     upright = ImageOps.exif_transpose(image)

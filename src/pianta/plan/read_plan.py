@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import MappingProxyType
 
@@ -15,12 +15,18 @@ from pianta.errors import OptionError, PlanError, PlanWarning
 from pianta.floor import Floor, scale_floor
 from pianta.gridmap import UNKNOWN, GridMap
 from pianta.io._files import MAX_CELLS, short_repr
+from pianta.io.drawings._drawing import LayerChoice, PlanDrawing
+from pianta.io.drawings.dxf import read_dxf_plan
 from pianta.io.drawings.ifc import read_ifc_plan
 from pianta.io.drawings.sweethome3d import read_sweethome3d
 from pianta.io.images import Source, path_of
 from pianta.layout.reconstruct import DEFAULT_METHOD, check_method
 from pianta.plan.doors.lines import PlanDoors, find_doors
-from pianta.plan.scale import find_scale, refine_by_sizes
+from pianta.plan.drawn_rooms.floors import read_drawn_floors
+from pianta.plan.drawn_rooms.layers import describe_layers, forget_walls
+from pianta.plan.scale.refined_scale import refine_scale
+from pianta.plan.scale.sheet_scale import find_scale
+from pianta.plan.sheets.drawn_sheet import draw_sheet
 from pianta.plan.sheets.floors_on_sheet import reconstruct_sheet_floors
 from pianta.plan.sheets.map_or_plan import looks_like_drawing
 from pianta.plan.sheets.open_sheet import open_sheet
@@ -36,6 +42,8 @@ from pianta.plan.walls.segmentation import NETWORKS, has_walls, segment_sheet
 
 # Formats of buildings with storeys, in metres; all others are sheets.
 STOREY_READERS = MappingProxyType({".ifc": read_ifc_plan, ".sh3d": read_sweethome3d})
+DXF_SUFFIX = ".dxf"
+MIN_SHEET_LINES = 60  # of a DXF that are worth a network: simpler plans enclose their rooms, or show none
 # The frame of a storey
 CELL = 0.05  # m; larger for storeys that would have too many cells
 MARGIN = 1.0  # m around the rooms
@@ -79,11 +87,17 @@ class PlanReading:
         The sheet as it was opened; None for an IFC.
     symbols
         The symbols on the sheet, the best match first.
+    px_per_unit
+        Pixels per unit of a vector drawing; 1 where pixels are the unit.
+    notes
+        What was taken from a DXF, a line each: layers, and what was skipped.
     """
 
     floors: tuple[PlanFloor, ...]
     sheet: Sheet | None
     symbols: tuple[PlacedSymbol, ...] = ()
+    px_per_unit: float = 1.0
+    notes: tuple[str, ...] = field(default=())
 
 
 def read_plan(
@@ -97,6 +111,9 @@ def read_plan(
     with_text: bool = True,
     networks: Sequence[str] = NETWORKS,
     max_cells: int = MAX_CELLS,
+    wall_layers: Sequence[str] = (),
+    door_layers: Sequence[str] = (),
+    room_layers: Sequence[str] = (),
 ) -> PlanReading:
     """Read the floors of a plan: rooms with their names, and doors.
 
@@ -120,6 +137,9 @@ def read_plan(
         The networks that segment the sheet, of which the mean counts.
     max_cells
         Pixels that a picture may have.
+    wall_layers, door_layers, room_layers
+        The layers of a DXF on which walls, doors and the outlines of rooms are drawn, in any case, with * for any
+        letters; empty to find them.
 
     Returns
     -------
@@ -131,7 +151,7 @@ def read_plan(
     PlanError
         The file is no plan, or shows no rooms.
     OptionError
-        The method is unknown, or an IFC is given a page, a resolution or symbols.
+        The method is unknown, an IFC is given a page, a resolution or symbols, or another file than a DXF layers.
 
     Warns
     -----
@@ -151,22 +171,79 @@ def read_plan(
     """
     check_method(method)
     path = path_of(source)
+    layers = LayerChoice(tuple(wall_layers), tuple(door_layers), tuple(room_layers))
+    if layers and Path(path).suffix.lower() != DXF_SUFFIX:
+        raise OptionError(f"plan {short_repr(path)} is no DXF, leave out the layers of walls, doors and rooms")
     if Path(path).suffix.lower() in STOREY_READERS:
         _refuse_options(path, {"page=": page, "resolution=": resolution, "symbols=": symbols})
         return PlanReading(read_storeys(path), None)
+    options = _SheetOptions(resolution, method, symbols, networks, with_symbols=with_symbols, with_text=with_text)
+    if Path(path).suffix.lower() == DXF_SUFFIX and page is None:
+        return _read_dxf(read_dxf_plan(path, layers=layers), path, layers, options)
+    return _read_sheet(open_sheet(source, page=page, max_cells=max_cells), path, options)
+
+
+@dataclass(frozen=True, eq=False)
+class _SheetOptions:
+    """The options of `read_plan` for sheets."""
+
+    resolution: float | None
+    method: str
+    symbols: str | Path | None
+    networks: Sequence[str]
+    with_symbols: bool
+    with_text: bool
+
+
+def _read_dxf(drawing: PlanDrawing, path: str | Path, layers: LayerChoice, options: _SheetOptions) -> PlanReading:
+    """The floors of a DXF: rooms that are drawn as outlines or enclosed by lines, else those of the drawn sheet."""
+    drawn_floors = read_drawn_floors(
+        drawing, resolution=options.resolution, room_layers=layers.rooms, chosen_walls=bool(layers.walls)
+    )
+    notes = describe_layers(drawing)
+    if drawn_floors is not None:
+        floors, unit, rooms_note = drawn_floors
+        _check_floors(floors, path)
+        placed = [_place_drawn_floor(floor, unit) for floor in floors]
+        px_per_unit = unit.resolution / placed[0].grid.resolution
+        return PlanReading(tuple(placed), None, px_per_unit=px_per_unit, notes=(rooms_note, *notes))
+    if layers.rooms:
+        raise PlanError(f"plan {short_repr(path)} has no closed outlines with a text inside on these layers of rooms")
+    if len(drawing.lines) < MIN_SHEET_LINES:
+        raise PlanError(f"plan {short_repr(path)} shows no rooms, its {len(drawing.lines)} lines enclose none")
+    try:
+        reading = _read_sheet(draw_sheet(drawing), path, options)
+    except PlanError:
+        # Named walls that close no rooms are not all walls
+        without = None if layers.walls else forget_walls(drawing)
+        if without is None:
+            raise
+        reading = _read_sheet(draw_sheet(without), path, options)
+        notes = (f"{notes[0]}; they close no rooms, all lines were read", *notes[1:]) if notes else ()
+    return replace(reading, notes=notes)
+
+
+def _place_drawn_floor(floor: Floor, unit: PlanScale) -> PlanFloor:
+    """A floor in metres of the file's frame; unit: metres per drawing unit."""
+    grid = _frame(floor)
+    return PlanFloor(floor, grid, PlanScale(grid.resolution, unit.source, unit.confidence))
+
+
+def _read_sheet(sheet: Sheet, path: str | Path, options: _SheetOptions) -> PlanReading:
+    """The floors of a sheet of pixels."""
+    symbols, networks = options.symbols, options.networks
     templates = builtin_templates() + (read_symbol_folder(symbols) if symbols else ())
-    sheet = open_sheet(source, page=page, max_cells=max_cells)
     if sheet.walls is None and not looks_like_drawing(sheet.colors):
         raise PlanError(f"plan {short_repr(path)} looks blank, like noise, like a photo or like text, give a drawing")
     # Text gives the names and the scale, and would be taken for symbols
-    texts = _read_texts(sheet, path) if with_text else sheet.texts or ()
+    texts = _read_texts(sheet, path) if options.with_text else sheet.texts or ()
     textless = erase_texts(sheet, texts)
-    measured = find_scale(sheet, textless, texts, resolution=resolution, networks=networks)
+    measured = find_scale(sheet, textless, texts, resolution=options.resolution, networks=networks)
     # Symbols are matched with templates and removed; the network sees the text, as in its training
-    placed = find_symbols(textless, door_px=measured.drawn_door_px, templates=templates if with_symbols else ())
+    placed = find_symbols(textless, door_px=measured.drawn_door_px, templates=templates if options.with_symbols else ())
     class_map = segment_sheet(remove_symbols(sheet.colors, placed), door_px=measured.door_px, networks=networks)
-    swings = measured.swings if with_symbols else ()
-    doors = find_doors(class_map, swings, placed, sheet.doors) if with_symbols else PlanDoors()
+    swings = measured.swings if options.with_symbols else ()
+    doors = find_doors(class_map, swings, placed, sheet.doors) if options.with_symbols else PlanDoors()
     if sheet.walls is not None:
         class_map = use_named_walls(class_map, sheet.walls)
     # The gaps of doors are closed, walls thinned to lines, and the layout method finds the rooms between them
@@ -179,11 +256,10 @@ def read_plan(
             resolution=measured.scale.resolution,
             sweeps=[swing.sweep() for swing in swings],
         )
-        floors = reconstruct_sheet_floors(floor_map, doors, method=method, source=sheet.source)
+        floors = reconstruct_sheet_floors(floor_map, doors, method=options.method, source=sheet.source)
     _check_floors(floors, path)
-    scale = measured.scale
-    scale = scale if measured.is_stated else refine_by_sizes(scale, floors, texts, sheet.shape[0])
-    return PlanReading(_scale_and_name(floors, sheet, texts, scale), sheet, placed)
+    scale = refine_scale(measured, sheet, floors, class_map, texts)
+    return PlanReading(_scale_and_name(floors, sheet, texts, scale), sheet, placed, sheet.px_per_unit)
 
 
 def _refuse_options(path: str | Path, options: Mapping[str, object]) -> None:

@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from pianta.rooms.model import RoomModel
 
 MAX_LISTED_IDS = 10
+LAYER_OPTIONS = ("wall_layers", "door_layers", "room_layers")
 InputKind = Literal["map", "plan"]
 
 
@@ -49,6 +50,9 @@ class ReadOptions(TypedDict, total=False):
     max_cells: int
     page: int | None
     symbols: str | Path | None
+    wall_layers: Sequence[str]
+    door_layers: Sequence[str]
+    room_layers: Sequence[str]
     words: str | Path | None
     method: str
     parameters: Parameters | None
@@ -195,7 +199,8 @@ class Reader:
         from pianta.io.vacuum_segments import name_rooms
         from pianta.io.valetudo import is_wrapped, read_vacuum_map
 
-        useless = " and ".join(f"{name}=" for name in ("page", "symbols") if self.options.get(name) is not None)
+        names = ("page", "symbols", *LAYER_OPTIONS)
+        useless = " and ".join(f"{name}=" for name in names if self.options.get(name) not in {None, ()})
         if useless:
             raise OptionError(f"map {short_repr(path)} is no plan, leave out {useless} or give input_kind='plan'")
         options = self._choose("resolution", "trust_thresholds", "topic", "message", "max_cells")
@@ -238,9 +243,10 @@ class Reader:
         }
         for option in (name for name, is_given in useless.items() if is_given):
             raise OptionError(f"plan {short_repr(path)} is no map, leave out {option} or give input_kind='map'")
-        plan = read_plan(image or path, **self._choose("resolution", "page", "symbols", "method", "max_cells"))
+        names = ("resolution", "page", "symbols", "method", "max_cells", *LAYER_OPTIONS)
+        plan = read_plan(image or path, **self._choose(*names))
         paper = plan.sheet.colors if plan.sheet else None
-        unit = plan.sheet.px_per_unit if plan.sheet else 1.0
+        unit = plan.px_per_unit
         symbols = self.options.get("symbols")
         matches = () if symbols is None else (_describe_matches(plan.symbols, Path(symbols)),)
         return [
@@ -252,7 +258,7 @@ class Reader:
                 title=each.name,
                 elevation=each.elevation,
                 paper=paper,
-                messages=(f"scale: {each.scale.describe(px_per_unit=unit)}", *matches),
+                messages=(f"scale: {each.scale.describe(px_per_unit=unit)}", *plan.notes, *matches),
             )
             for each, name in zip(plan.floors, name_folders([each.name for each in plan.floors]), strict=True)
         ]
@@ -375,12 +381,15 @@ def _describe_matches(symbols: Iterable[PlacedSymbol], folder: Path) -> str:
 
 def _refuse_suffix(path: str | Path) -> None:
     """Raise MapError for a file that exists and is neither a map nor a plan by its suffix."""
+    from pianta.io.drawings.dxf import DWG_REMEDY
     from pianta.io.maps import MAP_SUFFIXES
     from pianta.plan.sheets.map_or_plan import PLAN_SUFFIXES
 
     suffixes = dict.fromkeys([*MAP_SUFFIXES, *PLAN_SUFFIXES])
     if Path(path).suffix.lower() not in suffixes:
         file = check_input_file(path, "file", MapError)
+        if file.suffix.lower() == ".dwg":
+            raise MapError(f"file {short_repr(file)} is a DWG, {DWG_REMEDY}")
         raise MapError(f"file {short_repr(file)} is of no known kind, give one of {', '.join(suffixes)}")
 
 

@@ -53,6 +53,9 @@ def read(
     max_cells: int = MAX_CELLS,
     page: int | None = None,
     symbols: str | Path | None = None,
+    wall_layers: Sequence[str] = (),
+    door_layers: Sequence[str] = (),
+    room_layers: Sequence[str] = (),
     words: str | Path | None = None,
     method: str = DEFAULT_METHOD,
     parameters: Parameters | None = None,
@@ -92,6 +95,9 @@ def read(
         The page of a PDF, from 1.
     symbols
         Folder with PNGs of symbols of plans, besides our own; door*.png are doors.
+    wall_layers, door_layers, room_layers
+        The layers of a DXF on which walls, doors and the outlines of rooms are drawn, in any case, with * for any
+        letters; empty to find them.
     words
         JSON file with words in names of rooms, besides our own.
     method
@@ -158,6 +164,9 @@ def read(
         max_cells=max_cells,
         page=page,
         symbols=symbols,
+        wall_layers=wall_layers,
+        door_layers=door_layers,
+        room_layers=room_layers,
         words=words,
         method=method,
         parameters=parameters,

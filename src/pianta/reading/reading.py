@@ -301,7 +301,16 @@ class Reading:
         storey.grid.save(folder / OUTPUTS[-1])
         if storey.paper is not None:
             Image.fromarray(storey.paper).save(folder / PAPER)
-        write_floor(storey.floor, storey.grid, folder, self.schemas, paper=storey.paper, walls=walls, graph=graph)
+        write_floor(
+            storey.floor,
+            storey.grid,
+            folder,
+            self.schemas,
+            paper=storey.paper,
+            scale=storey.scale,
+            walls=walls,
+            graph=graph,
+        )
         if storey.uncorrected is not None:
             save_floor(storey.uncorrected, folder / UNCORRECTED)
             save_corrections(storey.corrections, folder / FILE_NAME)
@@ -314,17 +323,21 @@ def write_floor(
     schemas: Mapping[str, LabelSchema],
     *,
     paper: NDArray[np.uint8] | None = None,
+    scale: PlanScale | None = None,
     walls: bool = False,
     graph: bool = False,
 ) -> None:
-    """Write floor.geojson, rooms.png, graph.json and picture.png; walls, graph: whether picture.png shows them."""
+    """Write floor.geojson, rooms.png, graph.json and picture.png.
+
+    scale: of a plan, which floor.geojson keeps. walls, graph: whether picture.png shows them.
+    """
     from pianta.io.floors import save_floor, save_label_image
     from pianta.io.graphs import save_graph
     from pianta.plot.figure import save_figure
     from pianta.plot.floor import draw_floor
 
     geojson, labels, node_link, picture = (folder / name for name in OUTPUTS[:4])
-    save_floor(floor, geojson)
+    save_floor(floor, geojson, scale=None if scale is None else scale.as_json())
     save_label_image(floor.label_image(grid), labels)
     save_graph(floor.graph(), node_link)
     save_figure(draw_floor(floor, grid, walls=walls, graph=graph, schemas=schemas, paper=paper), picture)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import unicodedata
+from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -21,12 +22,14 @@ from scipy.spatial import KDTree
 from pianta._types import Floats
 from pianta.errors import PlanError
 from pianta.io._files import check_input_file, one_line_reason, short_repr
-from pianta.io.drawings._drawing import ROLES, DrawnText, PlanDrawing, Role
+from pianta.io.drawings._drawing import ROLES, DrawnOutline, DrawnStamp, DrawnText, PlanDrawing, Role
 
 # Limits against hostile files.
 MAX_LINES = 1_000_000
 MAX_TEXTS = 50_000
 MAX_CORNERS = 5000  # of an area with holes; beyond, each of its rings is filled
+MAX_ARCS = 1000  # among which unnamed doors are looked for
+_MAX_LEAVES = 100  # lines at a hinge
 MAX_COORDINATE = 1e12  # beyond, a double cannot represent tenths of a millimetre
 
 # Chosen by hand on drawings of the tests:
@@ -152,9 +155,14 @@ class DrawnPieces:
     widths: list[float] = field(default_factory=list)
     fills: list[Floats] = field(default_factory=list)
     texts: list[DrawnText] = field(default_factory=list)
+    layers: list[str] = field(default_factory=list)
+    outlines: list[DrawnOutline] = field(default_factory=list)
+    stamps: list[DrawnStamp] = field(default_factory=list)
+    skipped: Counter[str] = field(default_factory=Counter)
     lines: int = 0
+    outline_corners: int = 0
 
-    def add_chain(self, points: Floats, role: Role, *, width: float = 0.0) -> bool:
+    def add_chain(self, points: Floats, role: Role, *, width: float = 0.0, layer: str = "") -> bool:
         """Add the lines along points, shape (N, 2); False if they have no length.
 
         Raises PlanError for more than MAX_LINES lines.
@@ -170,15 +178,33 @@ class DrawnPieces:
         self.chains.append(points)
         self.roles.append(role)
         self.widths.append(width if 0 <= width <= MAX_COORDINATE else 0.0)
+        self.layers.append(layer)
         return True
 
-    def add_fill(self, rings: Sequence[Floats], role: Role) -> None:
+    def add_outline(self, rings: Sequence[Floats], layer: str) -> None:
+        """Add a closed outline with its holes, each shape (N, 2), unless it has few or too many corners."""
+        valid = [ring for ring in rings if 3 <= len(ring) <= MAX_CORNERS and (np.abs(ring) <= MAX_COORDINATE).all()]
+        if not valid:
+            return
+        self.outline_corners += sum(map(len, valid))
+        if self.outline_corners > MAX_LINES:
+            raise plan_error(self.file, f"has outlines with more than {MAX_LINES} corners, give one floor")
+        self.outlines.append(DrawnOutline(valid[0], layer, tuple(valid[1:])))
+
+    def add_stamp(self, stamp: DrawnStamp) -> None:
+        """Add a stamp unless it says nothing; raises PlanError for more than MAX_TEXTS."""
+        if (stamp.number or stamp.name) and max(abs(stamp.x), abs(stamp.y)) <= MAX_COORDINATE:
+            self.stamps.append(stamp)
+        if len(self.stamps) > MAX_TEXTS:
+            raise plan_error(self.file, f"has more than {MAX_TEXTS} blocks with attributes, give one floor")
+
+    def add_fill(self, rings: Sequence[Floats], role: Role, *, layer: str = "") -> None:
         """Add the area within an odd number of rings, each shape (N, 2); the outline of a wall becomes lines, too."""
         rings = [ring for ring in rings if len(ring) >= 3 and (np.abs(ring) <= MAX_COORDINATE).all()]
         self.fills += _outlines_of_rings(rings)
         if role == "wall":
             for ring in rings:
-                self.add_chain(np.vstack([ring, ring[:1]]), role)
+                self.add_chain(np.vstack([ring, ring[:1]]), role, layer=layer)
 
     def add_text(self, text: DrawnText) -> None:
         """Add a text unless it is blank or beyond MAX_COORDINATE; raises PlanError for more than MAX_TEXTS."""
@@ -196,8 +222,15 @@ class DrawnPieces:
         """The points where walls end or turn."""
         return KDTree(np.concatenate([np.zeros((0, 2)), *self.chains_of("wall")]))
 
-    def drawing(self, doors: Sequence[Floats], *, metres_per_unit: float | None = None) -> PlanDrawing:
+    def drawing(
+        self,
+        doors: Sequence[Floats],
+        *,
+        unnamed_doors: Sequence[Floats] = (),
+        metres_per_unit: float | None = None,
+    ) -> PlanDrawing:
         """The plan of all pieces and doors, each door shape (2, 2)."""
+        names = {layer: number for number, layer in enumerate(dict.fromkeys(self.layers))}
         lines = [np.stack([chain[:-1], chain[1:]], axis=1) for chain in self.chains]
         counts = list(map(len, lines))
         return PlanDrawing(
@@ -207,6 +240,12 @@ class DrawnPieces:
             fills=tuple(self.fills),
             doors=np.array(doors, float).reshape(-1, 2, 2),
             texts=tuple(self.texts),
+            outlines=tuple(self.outlines),
+            stamps=tuple(self.stamps),
+            unnamed_doors=np.array(unnamed_doors, float).reshape(-1, 2, 2),
+            line_layers=np.repeat(np.array([names[layer] for layer in self.layers], np.intp), counts),
+            layers=tuple(names),
+            skipped=dict(self.skipped),
             metres_per_unit=metres_per_unit,
             source=self.file.name,
         )
@@ -310,6 +349,39 @@ def jambs_of_swings(chains: Sequence[Floats], *, axis: Floats | None = None, wal
     return _join_leaves([_closed_leaf(swing, lines, along, walls) for swing in swings])
 
 
+def jambs_of_leaves(arcs: Sequence[Floats], lines: Floats) -> list[Floats]:
+    """The doors of quarter circles that have an open leaf, from jamb to jamb, each shape (2, 2).
+
+    arcs: chains, each shape (N, 2). lines: shape (M, 2, 2), among which the leaves are looked for.
+
+    A leaf is a line from the middle of the quarter circle to one of its ends: arcs of furniture have none.
+    """
+    swings = [swing for swing in map(_swing_of_chain, arcs[:MAX_ARCS]) if swing]
+    lengths = np.hypot(*(lines[:, 1] - lines[:, 0]).T)
+    # Most lines of many doors are chords of arcs, which are too short for a leaf.
+    lines = lines[lengths > min((swing.radius for swing in swings), default=np.inf) / 2]
+    if not len(lines):
+        return []
+    ends = KDTree(lines.reshape(-1, 2))
+    doors = []
+    for swing in swings:
+        near = ends.query_ball_point(swing.hinge, _END_TOLERANCE * swing.radius)[:_MAX_LEAVES]
+        at_hinge = lines[np.unique(np.asarray(near, np.intp) // 2)]
+        leaf = _open_leaf(swing, at_hinge)
+        if leaf is not None:
+            doors.append(np.array([swing.hinge, swing.ends[1 - leaf]]))
+    return _join_leaves(doors)
+
+
+def _open_leaf(swing: _Swing, lines: Floats) -> int | None:
+    """The end of the arc, 0 or 1, to which a line goes from the hinge; None without one, or for both."""
+    reach = _END_TOLERANCE * swing.radius
+    at_hinge = np.hypot(*np.moveaxis(lines - swing.hinge, -1, 0)) < reach
+    at_ends = np.hypot(*np.moveaxis(lines[:, :, None] - swing.ends, -1, 0)) < reach
+    open_leaf = (at_hinge[:, ::-1, None] & at_ends).any(axis=(0, 1))
+    return int(open_leaf.argmax()) if open_leaf.sum() == 1 else None
+
+
 def touching_pieces(chains: Sequence[Floats]) -> list[list[Floats]]:
     """Chains in groups whose boxes touch, in the order of their first members."""
     if not chains:
@@ -360,11 +432,9 @@ def _closed_leaf(swing: _Swing, lines: Floats, axis: Floats, walls: KDTree) -> F
     lines: of the symbol, shape (N, 2, 2).
     """
     reach = _END_TOLERANCE * swing.radius
-    at_hinge = np.hypot(*np.moveaxis(lines - swing.hinge, -1, 0)) < reach
-    at_ends = np.hypot(*np.moveaxis(lines[:, :, None] - swing.ends, -1, 0)) < reach
-    open_leaf = (at_hinge[:, ::-1, None] & at_ends).any(axis=(0, 1))
-    if open_leaf.sum() == 1:
-        return np.array([swing.hinge, swing.ends[1 - open_leaf.argmax()]])
+    leaf = _open_leaf(swing, lines)
+    if leaf is not None:
+        return np.array([swing.hinge, swing.ends[1 - leaf]])
     distances = walls.query(swing.ends)[0]
     if distances.min() < reach and np.ptp(distances) > reach / 2:
         return np.array([swing.hinge, swing.ends[distances.argmin()]])

@@ -205,7 +205,7 @@ def _read_page(page: PdfPage, file: Path) -> PlanDrawing | Colors:
     if reader.pieces.lines < (MIN_LINES_OVER_SCAN if is_scan else MIN_LINES):
         return _render_page(page)
     reader.read_texts(page.get_textpage())
-    scale = _scale_of_texts([text.text for text in reader.pieces.texts])
+    scale = find_written_scale([text.text for text in reader.pieces.texts])
     return reader.pieces.drawing((), metres_per_unit=scale and scale * METRES_PER_POINT)
 
 
@@ -223,7 +223,7 @@ def _page_rotation(page: PdfPage) -> Floats:
     return np.asarray(np.linalg.matrix_power(np.array([[0.0, 1.0], [-1.0, 0.0]]), quarters))
 
 
-def _scale_of_texts(texts: list[str]) -> int | None:
+def find_written_scale(texts: list[str]) -> int | None:
     """The n of the scale 1:n if texts agree on one, else None; those with the word scale are preferred."""
     named = {int(digits) for text in texts for digits in _NAMED_SCALE.findall(text)} - {0}
     bare = {int(digits) for text in texts for digits in _BARE_SCALE.findall(text)} & _SCALES

@@ -11,7 +11,7 @@ from pianta.io.drawings._drawing import PlanDrawing
 from pianta.io.drawings.dxf import read_dxf_plan
 from pianta.io.drawings.pdf import read_pdf_plan
 from pianta.io.drawings.svg import read_svg_plan
-from pianta.io.images import PICTURE_SUFFIXES, Source, path_of, read_picture
+from pianta.io.images import PICTURE_SUFFIXES, Source, path_of, read_dots_per_inch, read_picture
 from pianta.plan.sheets.drawn_sheet import draw_sheet
 from pianta.plan.sheets.sheet import Sheet
 
@@ -40,6 +40,7 @@ def open_sheet(path: Source, *, page: int | None = None, max_cells: int = MAX_CE
         content = read_pdf_plan(file, page=page)
         return draw_sheet(content) if isinstance(content, PlanDrawing) else Sheet(content, source=file.name)
     try:
-        return Sheet(read_picture(path, max_cells=max_cells), source=file.name)
+        colors = read_picture(path, max_cells=max_cells)
+        return Sheet(colors, px_per_inch=read_dots_per_inch(path), source=file.name)
     except MapError as error:
         raise PlanError(str(error)) from error

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -12,6 +13,10 @@ from pianta.plan.sheets.binarization import Contrast, PaperContrast, compare_to_
 
 # Metres of a single door: the width at which the network was trained, and that a plan's doors are taken for
 DOOR_WIDTH = 0.9
+# Factors by which areas may be wrong
+DOUBTED_AREA_FACTOR = 1.5  # from which on a warning is given
+ROUGH_AREA_FACTOR = 2.0  # from which on areas are marked
+LARGEST_AREA_FACTOR = 10.0  # that is given in figures
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,15 +53,54 @@ class PlanScale:
     source
         Where the scale comes from, in a few words.
     confidence
-        0 … 1.
+        Probability that it is right within 15 %, 0 … 1.
+    interval
+        Metres per pixel between which it lies with a probability of 80 %; None if it is stated.
+    wide_interval
+        The same with 95 %.
+    is_look
+        Whether nothing but the look of the drawing speaks for it.
     """
 
     resolution: float
     source: str
     confidence: float
+    interval: tuple[float, float] | None = None
+    wide_interval: tuple[float, float] | None = None
+    is_look: bool = False
 
     def __str__(self) -> str:
         return self.describe()
+
+    @property
+    def area_factor(self) -> float:
+        """The factor by which areas may be wrong, with a probability of 95 % no more; 1 if the scale is stated."""
+        if self.wide_interval is None:
+            return 1.0
+        low, high = self.wide_interval
+        return max(high / self.resolution, self.resolution / low) ** 2
+
+    @property
+    def is_rough(self) -> bool:
+        """Whether areas are too uncertain to be given without a mark."""
+        return self.is_look or self.area_factor >= ROUGH_AREA_FACTOR
+
+    def as_json(self) -> dict[str, Any]:
+        """List the scale, its intervals and its sources as an object of JSON.
+
+        Returns
+        -------
+        dict
+            With the keys metres_per_pixel, interval, wide_interval, sources, confidence and is_rough.
+        """
+        return {
+            "metres_per_pixel": self.resolution,
+            "interval": self.interval and [*self.interval],
+            "wide_interval": self.wide_interval and [*self.wide_interval],
+            "sources": self.source.split(", "),
+            "confidence": self.confidence,
+            "is_rough": self.is_rough,
+        }
 
     def describe(self, *, px_per_unit: float = 1.0) -> str:
         """Describe the scale in one line, in the unit that `resolution=` takes.
@@ -69,11 +113,23 @@ class PlanScale:
         Returns
         -------
         str
-            Such as "0.0125 m per pixel by doors, confidence 0.60".
+            Such as "0.0296 m per pixel, 0.0275 to 0.032 (sizes written in 5 rooms, 8 doors)".
         """
         unit = "pixel" if px_per_unit == 1 else "drawing unit"
-        metres = self.resolution * px_per_unit
-        return f"{metres:.3g} m per {unit} by {self.source}, confidence {self.confidence:.2f}"
+        between = ""
+        if self.interval is not None:
+            low, high = (end * px_per_unit for end in self.interval)
+            between = f", {low:.3g} to {high:.3g}"
+        described = f"{self.resolution * px_per_unit:.3g} m per {unit}{between} ({self.source})"
+        if self.is_look or self.area_factor >= DOUBTED_AREA_FACTOR:
+            described += f"; areas may be wrong by a factor of {_round_factor(self.area_factor)}, give the resolution"
+        return described
+
+
+def _round_factor(factor: float) -> str:
+    if factor >= LARGEST_AREA_FACTOR:
+        return f"{LARGEST_AREA_FACTOR:.0f} or more"
+    return f"{factor:.1f}" if factor < 3 else f"{factor:.0f}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,7 +139,8 @@ class Sheet:
     colors: shape (H, W, 3), red, green, blue. walls: shape (H, W), what the file names wall; None for pictures.
     doors: shape (D, 2, 2), from jamb to jamb, row and col in continuous pixels, of doors that the file names.
     texts: None if they must be read from the pixels. resolution: metres per pixel, None if the file does not state it.
-    px_per_unit: pixels per unit of the file, 1 for a picture. source: the name of the file.
+    px_per_unit: pixels per unit of the file, 1 for a picture. px_per_inch: of a picture, None if its file does not say.
+    source: the name of the file.
     """
 
     colors: Colors
@@ -92,6 +149,7 @@ class Sheet:
     texts: tuple[PlacedText, ...] | None = None
     resolution: float | None = None
     px_per_unit: float = 1.0
+    px_per_inch: float | None = None
     source: str = ""
 
     @property

@@ -5,8 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from itertools import combinations, islice
-from statistics import median
+from itertools import combinations
 from typing import NamedTuple
 
 import cv2
@@ -14,9 +13,11 @@ import numpy as np
 
 from pianta._types import Floats, Mask
 from pianta.plan.sheets.sheet import PlacedText, PlanScale
+from pianta.plan.text.areas import AREA
+from pianta.plan.text.sizes import FOOT, INCH, parse_inches
 
-FOOT, INCH = 0.3048, 0.0254
 METRES = {"mm": 1e-3, "cm": 1e-2, "m": 1.0, "ft": FOOT, "in": INCH}
+SCALE_BAR = "the scale bar"  # the source of a scale
 MAX_LENGTH = 1000.0  # m of a room and of a scale bar
 
 # Files of drawings may hold anything, so there are limits, for time
@@ -29,10 +30,8 @@ MAX_ROWS = 20  # rows of numbers that are searched for a bar, the likeliest firs
 
 @dataclass(frozen=True, kw_only=True)
 class DimensionParameters:
-    """Thresholds of the scale from texts; heights are those of the numbers of a scale bar. Chosen by hand."""
+    """Thresholds of scale bars; heights are those of the numbers of a scale bar. Chosen by hand."""
 
-    agreement: float = 0.12  # share by which the ratios of several rooms differ; twice that for the sides of one
-    # Scale bars
     alike_heights: float = 1.7  # ratio of the heights of two numbers in a row, at most
     row_offset: float = 0.7  # heights between the middles of two numbers in a row, at most
     even_offset: float = 0.04  # of the length of a row, by which a number may be off an even one
@@ -72,10 +71,6 @@ _FEET = rf"(?P<feet>\d{{1,4}}(?:\.\d{{1,2}})?)\s*(?:'|ft\.?|feet)(?:\s*-?\s*{_IN
 _METRIC = rf"(?P<number>{_NUMBER})\s*(?P<unit>mm|cm|m)?"
 _LENGTH = re.compile(rf"(?:{_FEET}|{_METRIC})\.?", re.IGNORECASE)
 _BY = re.compile(r"\s*(?:x|\*|by)\s*", re.IGNORECASE)
-_AREA = re.compile(
-    rf"{_NUMBER}\s*(?:m2|m²|mq|qm|sqm|m\^2|sq\.?\s*(?:m|ft)\.?|sf|s\.f\.|ft2|ft²|gsf|square (?:feet|met(?:er|re)s))",
-    re.IGNORECASE,
-)
 _SIDE = rf"\d[\d.,]*\s*(?:'(?:\s*-?\s*\d{{1,2}}{_FRACTION}\s*(?:\"|'')?)?|ft\.?|mm|cm|m)?\.?"
 _SIZE = re.compile(rf"(?<![\w]){_SIDE}\s*[x*]\s*{_SIDE}(?![\w])", re.IGNORECASE)
 _LENGTH_WITH_UNIT = re.compile(
@@ -94,7 +89,7 @@ def parse_length(text: str) -> float | None:
     if match is None:
         return None
     if match["feet"]:
-        metres = float(match["feet"]) * FOOT + _parse_inches(match["inches"] or "0") * INCH
+        metres = float(match["feet"]) * FOOT + parse_inches(match["inches"] or "0") * INCH
     else:
         number, unit = match["number"].replace(",", "."), match["unit"]
         if unit is None and len(number.partition(".")[2]) < 2:
@@ -127,7 +122,7 @@ def remove_measures(text: str) -> str:
     plain = quoted = text.translate(_QUOTES)
     if len(text) > MAX_TEXT_LENGTH:
         return text
-    for pattern in (_AREA, _SIZE, _LENGTH_WITH_UNIT):
+    for pattern in (AREA, _SIZE, _LENGTH_WITH_UNIT):
         plain = pattern.sub(" ", plain)
     return text if plain == quoted else " ".join(plain.split()).strip(" -–—,;:=")
 
@@ -150,24 +145,6 @@ def parse_scale_bar(texts: Sequence[PlacedText], ink: Mask) -> PlanScale | None:
     return max(scales, key=lambda scale: scale.confidence, default=None)
 
 
-def scale_from_dimensions(texts: Sequence[PlacedText], boxes: Floats) -> PlanScale | None:
-    """The scale at which most sizes that are written in rooms agree with the rooms; None if fewer than two do.
-
-    boxes: shape (R, 4), top, left, bottom, right of the rooms inside their walls, pixels.
-    """
-    possible = (ratio for text in texts if (ratio := _metres_per_px(text, boxes)) is not None)
-    ratios = list(islice(possible, MAX_NUMBERS))
-    if len(ratios) < 2:
-        return None
-    # The ratio with which most others agree, and the median of these
-    near = [[other for other in ratios if abs(other / ratio - 1) <= PARAMETERS.agreement] for ratio in ratios]
-    agreeing = max(near, key=len)
-    if len(agreeing) < 2 or 2 * len(agreeing) <= len(ratios):
-        return None
-    confidence = len(agreeing) / len(ratios) * (1 - 1 / (1 + len(agreeing)))
-    return PlanScale(median(agreeing), "sizes written in rooms", confidence)
-
-
 @dataclass(frozen=True, eq=False)
 class _Number:
     """A number on a sheet: its value, its middle, the height of its line, and the unit that stands behind it."""
@@ -181,12 +158,6 @@ class _Number:
 def _plain(text: str) -> str:
     """A text with plain quotes and without blanks around it; empty if it is too long."""
     return text.translate(_QUOTES).strip() if len(text) <= MAX_TEXT_LENGTH else ""
-
-
-def _parse_inches(text: str) -> float:
-    inches, _, fraction = text.replace("-", " ").rpartition(" ") if "/" in text else (text, "", "")
-    above, _, below = fraction.partition("/")
-    return float(inches or 0) + (float(above) / max(float(below), 1) if below else 0.0)
 
 
 def _find_unit(text: str) -> str | None:
@@ -281,7 +252,7 @@ def _read_row(row: Sequence[_Number], texts: Sequence[PlacedText], ink: Mask) ->
         confidence = PARAMETERS.confidence_of_bar if several else PARAMETERS.confidence_of_two_marks
     elif not (from_zero and several):
         return None
-    return PlanScale(per_pixel * METRES[unit], "the scale bar", confidence)
+    return PlanScale(per_pixel * METRES[unit], SCALE_BAR, confidence)
 
 
 def _unit_near(row: Sequence[_Number], texts: Sequence[PlacedText]) -> str | None:
@@ -367,19 +338,3 @@ def _fit_marks(values: Floats, cols: Floats, marks: Floats, height: float) -> _F
         if length > 0 and (is_mark[0] or not needs_zero):
             fits.append(_FittedBar(int(is_mark.sum()), length, float((values[last] - values[first]) / length)))
     return max(fits, default=None)
-
-
-def _metres_per_px(text: PlacedText, boxes: Floats) -> float | None:
-    """Metres per pixel of a size in the smallest box around it, if both of its lengths agree."""
-    size = parse_size(text.text)
-    row, col = text.middle
-    around = boxes[(boxes[:, 0] <= row) & (row <= boxes[:, 2]) & (boxes[:, 1] <= col) & (col <= boxes[:, 3])]
-    if size is None or not len(around):
-        return None
-    sides = np.column_stack([around[:, 2] - around[:, 0], around[:, 3] - around[:, 1]])
-    short, long = np.sort(sides[sides.prod(axis=1).argmin()])
-    if short <= 0:
-        return None
-    ratios = min(size) / short, max(size) / long
-    agree = abs(ratios[0] / ratios[1] - 1) <= 2 * PARAMETERS.agreement
-    return float(np.sqrt(ratios[0] * ratios[1])) if agree else None

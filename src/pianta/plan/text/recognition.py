@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cache
 from importlib.util import find_spec
-from typing import Any
 
 import cv2
 import numpy as np
@@ -15,8 +13,8 @@ from numpy.typing import NDArray
 
 from pianta._types import Colors, Floats, Mask
 from pianta.plan.sheets.sheet import PlacedText, Sheet
+from pianta.plan.text.detection import find_boxes, text_reader
 
-STEP = 32  # px: the detector takes multiples
 LINE_PX = 48  # px of the height of a line that the recogniser takes
 
 
@@ -24,10 +22,6 @@ LINE_PX = 48  # px of the height of a line that the recogniser takes
 class TextParameters:
     """Thresholds of `read_texts` and `remove_texts`; heights are those of a line of text. Chosen by hand."""
 
-    max_pixels: float = 4.5e6  # of the sheet on which texts are looked for, for time
-    enlarged_pixels: float = 3e6  # to which small sheets are enlarged, as the detector misses letters below some 10 px
-    max_enlargement: float = 3.0  # of small sheets
-    coarse_factor: float = 2.0  # by which the sheet is smaller on which large letters are looked for
     upright_ratio: float = 1.2  # height over width of a box from which on it is also read turned by a quarter
     turned_ratio: float = 2.5  # from which on it is read only turned: below, it may be an upright digit
     certain_confidence: float = 0.7  # flat boxes that are read with less are also read upside down
@@ -63,7 +57,7 @@ def read_texts(colors: Colors) -> tuple[PlacedText, ...]:
     Raises ImportError without a text reader.
     """
     bgr = np.ascontiguousarray(colors[..., ::-1])
-    placed = [text for box in _find_boxes(bgr) if (text := _place_text(bgr, box))]
+    placed = [text for box in find_boxes(bgr) if (text := _place_text(bgr, box))]
     return tuple(sorted(_without_symbols(placed), key=lambda text: tuple(text.middle)))
 
 
@@ -89,55 +83,6 @@ def _place_text(bgr: Colors, box: Floats) -> PlacedText | None:
     return PlacedText(text, _turned(box, turn)[:, ::-1], confidence)
 
 
-@cache
-def _reader() -> Callable[..., Any]:
-    """The text reader of rapidocr on one thread, loaded once; ImportError if it is not installed."""
-    from rapidocr import RapidOCR
-
-    options = {
-        "Global.log_level": "critical",
-        # Sizes are chosen here
-        "Global.use_preprocess_img": False,
-        "Global.use_vertical_padding": False,
-        "Global.text_score": 0.0,
-        "Det.limit_side_len": STEP,
-        "EngineConfig.onnxruntime.intra_op_num_threads": 1,
-        "EngineConfig.onnxruntime.inter_op_num_threads": 1,
-    }
-    reader: Callable[..., Any] = RapidOCR(params=options)
-    return reader
-
-
-def _find_boxes(bgr: Colors) -> list[Floats]:
-    """Boxes around texts, each of shape (4, 2), x and y from the upper left corner on clockwise.
-
-    The detector runs at two sizes, because it misses letters that are too small, and those that are too large.
-    """
-    p, (height, width) = PARAMETERS, bgr.shape[:2]
-    factor = np.sqrt(p.max_pixels / (height * width))
-    if factor > 1:
-        factor = max(1.0, min(p.max_enlargement, np.sqrt(p.enlarged_pixels / (height * width))))
-    boxes = _find_boxes_at(bgr, factor)
-    spans = [(box.min(axis=0), box.max(axis=0)) for box in boxes]
-
-    def is_new(box: Floats) -> bool:
-        low, high = box.min(axis=0), box.max(axis=0)
-        return not any((low < last).all() and (first < high).all() for first, last in spans)
-
-    return boxes + [box for box in _find_boxes_at(bgr, factor / p.coarse_factor) if is_new(box)]
-
-
-def _find_boxes_at(bgr: Colors, factor: float) -> list[Floats]:
-    """The boxes on a sheet that is enlarged by a factor."""
-    height, width = bgr.shape[:2]
-    size = [max(STEP, STEP * round(side * factor / STEP)) for side in (width, height)]
-    method = cv2.INTER_AREA if factor < 1 else cv2.INTER_CUBIC
-    scaled = cv2.resize(bgr, size, interpolation=method)
-    detected = _reader()(scaled, use_det=True, use_cls=False, use_rec=False)
-    boxes = () if detected.boxes is None else detected.boxes
-    return [np.asarray(box, float) * (width / size[0], height / size[1]) for box in boxes]
-
-
 def _turns(box: Floats) -> tuple[int, ...]:
     """The turns in which to read a box, the usual one first."""
     width, height = np.hypot(*(box[1] - box[0])), np.hypot(*(box[3] - box[0]))
@@ -158,7 +103,7 @@ def _read_box(bgr: Colors, box: Floats) -> tuple[str, float]:
     target = np.array([(0, 0), (size[0], 0), size, (0, size[1])], np.float32)
     matrix = cv2.getPerspectiveTransform(box.astype(np.float32), target)
     line = cv2.warpPerspective(bgr, matrix, size, flags=cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE)
-    result = _reader()(line, use_det=False, use_cls=False, use_rec=True)
+    result = text_reader()(line, use_det=False, use_cls=False, use_rec=True)
     return (_normalise(result.txts[0]), float(result.scores[0])) if result.txts else ("", 0.0)
 
 

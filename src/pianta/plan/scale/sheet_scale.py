@@ -1,4 +1,4 @@
-"""The scale of a plan: metres per pixel, where they come from, and how certain they are."""
+"""What shows the scale of a sheet before its rooms are known: what is stated, doors, and the look of its walls."""
 
 from __future__ import annotations
 
@@ -11,10 +11,9 @@ import numpy as np
 
 from pianta._types import Colors, Floats, Indices
 from pianta.errors import PlanError
-from pianta.floor import Floor
 from pianta.plan.doors.swings import DoorWidth, Swing, consensus_door_width, find_swings
 from pianta.plan.sheets.sheet import DOOR_WIDTH, PlacedText, PlanScale, Sheet
-from pianta.plan.text.dimensions import parse_scale_bar, scale_from_dimensions
+from pianta.plan.text.dimensions import SCALE_BAR, parse_scale_bar
 from pianta.plan.walls.segmentation import DOOR_CELLS, NETWORKS, mean_entropy, segment_sheet
 
 
@@ -52,19 +51,26 @@ class ScaleParameters:
 
 PARAMETERS = ScaleParameters()
 
+LOOK = "the look of the drawing"
+
 
 @dataclass(frozen=True, eq=False)
 class SheetScale:
-    """The scale of a sheet, and the doors that were measured for it.
+    """The first scale of a sheet, and what was measured for it.
 
-    scale: metres per pixel. is_stated: whether it is stated for certain, so that nothing can refine it.
-    swings: the doors that are drawn with a swing. door_px: pixels of a door for the network. drawn_door_px: pixels of
-    the doors that are drawn, which may be too wide for their rooms.
+    scale: metres per pixel. is_stated: whether the user or the file states it, so that nothing can refine it.
+    bar: the scale by a scale bar, None without one. swings: the doors that are drawn with a swing. door_width: the
+    width on which they agree, None if they do not. doors_agree: whether the look of the walls allows that width.
+    door_px: pixels of a door for the network. drawn_door_px: pixels of the doors that are drawn, which may be too wide
+    for their rooms.
     """
 
     scale: PlanScale
     is_stated: bool
+    bar: PlanScale | None
     swings: tuple[Swing, ...]
+    door_width: DoorWidth | None
+    doors_agree: bool
     door_px: float
     drawn_door_px: float
 
@@ -89,13 +95,24 @@ def find_scale(
     expected_px = DOOR_WIDTH / certain.resolution if certain else width.px if width else None
     is_reliable = certain is not None or len(sheet.doors) > 0 or is_reliable_width(width, max(sheet.shape))
     door_px = fit_door_px(sheet, door_px=expected_px, is_reliable=is_reliable, networks=networks)
-    if width is not None and certain is None and not agrees_with_doors(door_px, width):
+    drawn_width, agree = width, width is not None and agrees_with_doors(door_px, width)
+    if width is not None and certain is None and not agree:
         # The curves that agreed are letters or furniture
         smallest = PARAMETERS.min_swing * door_px
         width, swings = None, tuple(swing for swing in swings if swing.radius >= smallest)
     candidates = filter(None, (stated, find_door_scale(width, door_px)))
     scale = certain or max(candidates, key=lambda scale: scale.confidence)
-    return SheetScale(scale, certain is not None, swings, door_px, width.px if width else door_px)
+    is_bar = stated is not None and stated.source == SCALE_BAR
+    return SheetScale(
+        scale=scale,
+        is_stated=certain is not None and not is_bar,
+        bar=stated if is_bar else None,
+        swings=swings,
+        door_width=drawn_width,
+        doors_agree=agree,
+        door_px=door_px,
+        drawn_door_px=width.px if width else door_px,
+    )
 
 
 def find_stated_scale(
@@ -155,7 +172,7 @@ def find_door_scale(width: DoorWidth | None, door_px: float) -> PlanScale:
     drawn doors do not agree with them.
     """
     if width is None or not agrees_with_doors(door_px, width):
-        return PlanScale(DOOR_WIDTH / door_px, "the look of its walls", PARAMETERS.confidence_of_network_scale)
+        return PlanScale(DOOR_WIDTH / door_px, LOOK, PARAMETERS.confidence_of_network_scale)
     count = f"{width.count} door{'s' * (width.count > 1)} of {DOOR_WIDTH} m"
     return PlanScale(DOOR_WIDTH / width.px, count, PARAMETERS.confidence_of_doors * width.confidence)
 
@@ -208,14 +225,3 @@ def _crop(colors: Colors, middle: Indices, *, side: int) -> Colors:
     """A square of a sheet around a row and col, or as near to it as the sheet allows."""
     low = np.clip(middle - side // 2, 0, np.maximum(np.array(colors.shape[:2]) - side, 0))
     return colors[low[0] : low[0] + side, low[1] : low[1] + side]
-
-
-def refine_by_sizes(scale: PlanScale, floors: Sequence[Floor], texts: Sequence[PlacedText], height: int) -> PlanScale:
-    """The scale at which the sizes that are written in rooms are those of the rooms, if it is more certain.
-
-    floors: in pixels, y up. height: of the sheet, pixels.
-    """
-    bounds = np.array([room.polygon.bounds for floor in floors for room in floor.rooms]).reshape(-1, 4)
-    left, low, right, high = bounds.T
-    sizes = scale_from_dimensions(texts, np.column_stack([height - high, left, height - low, right]))
-    return scale if sizes is None or sizes.confidence < scale.confidence else sizes

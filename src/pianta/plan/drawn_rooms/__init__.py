@@ -1,0 +1,1 @@
+"""Rooms that a vector plan draws as closed outlines, or encloses with lines, exactly as they are drawn."""

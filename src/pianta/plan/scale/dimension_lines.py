@@ -1,0 +1,131 @@
+"""Evidence of the scale from dimension lines: a length beside a line that ends at two ticks, arrows or walls."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from pianta._types import Floats, Mask
+from pianta.io._files import count_noun
+from pianta.plan.scale.evidence import Measure, ScaleEvidence
+from pianta.plan.sheets.sheet import PlacedText
+from pianta.plan.text.sizes import parse_possible_lengths
+
+_WHOLE_NUMBER = re.compile(r"\d{3,6}")
+MAX_LENGTHS = 400  # texts of a sheet that may be dimensions, for time
+
+
+@dataclass(frozen=True, kw_only=True)
+class DimensionLineParameters:
+    """Thresholds and errors of dimension lines; heights are those of the text. Chosen by hand."""
+
+    reach: float = 1.8  # heights from the middle of the text to its line, at most
+    min_reach: float = 0.45  # heights: nearer ink is the text itself
+    tick: float = 0.35  # heights on both sides of the line that a tick, an arrow or a wall covers
+    min_length: float = 1.5  # heights of a line, which is also longer than its text
+    max_mark: float = 2.5  # heights along the line: a longer mark is a wall or another line beside it
+    min_rounded: float = 0.6  # share of the whole numbers of a sheet that end in 0 or 5, if they are dimensions
+    n_marks: int = 3  # on each side of the text that may be the end of its line
+    line_sd: float = 0.03
+    common_sd: float = 0.01
+    outlier_rate: float = 0.4
+    failure_rate: float = 0.05  # of one line, and less of several: lines are misread one by one
+
+
+PARAMETERS = DimensionLineParameters()
+
+
+def find_dimension_lines(texts: Sequence[PlacedText], ink: Mask) -> ScaleEvidence | None:
+    """The dimension lines of a sheet; None without any. ink: shape (H, W)."""
+    p, measures = PARAMETERS, list[Measure]()
+    dimensions = [
+        (text, lengths) for text in _without_room_numbers(texts) if (lengths := parse_possible_lengths(text.text))
+    ]
+    for text, lengths in dimensions[:MAX_LENGTHS]:
+        along = np.abs(text.corners[1] - text.corners[0])
+        is_level = bool(along[1] >= along[0])
+        # A text that is turned stands beside an upright line
+        possible = measure_line(text, ink) if is_level else measure_line(_transpose(text), ink.T)
+        if possible:
+            measures.append(Measure(tuple(metres / px for metres in lengths for px in possible), p.line_sd))
+    if not measures:
+        return None
+    title = count_noun(len(measures), "dimension line")
+    return ScaleEvidence(title, tuple(measures), p.common_sd, p.outlier_rate, p.failure_rate / len(measures))
+
+
+def _without_room_numbers(texts: Sequence[PlacedText]) -> Sequence[PlacedText]:
+    """The texts without whole numbers, unless these are dimensions.
+
+    Most dimensions end in 0 or 5, as a fifth of the numbers of rooms.
+    """
+    numbers = [text for text in texts if _WHOLE_NUMBER.fullmatch(text.text.strip())]
+    even = sum(text.text.strip()[-1] in "05" for text in numbers)
+    if even >= PARAMETERS.min_rounded * len(numbers):
+        return texts
+    return [text for text in texts if text not in numbers]
+
+
+def measure_line(text: PlacedText, ink: Mask) -> tuple[float, ...]:
+    """Pixels between two marks of the dimension line above or below a level text, the nearer one; none without a line.
+
+    ink: shape (H, W). Lines that cross it are marks, too, so that several lengths are possible.
+    """
+    p, height = PARAMETERS, text.height
+    middle_row, middle_col = text.middle
+    col, half = round(float(middle_col)), float(np.ptp(text.corners[:, 1])) / 2
+    near, far = round(p.min_reach * height), round(p.reach * height)
+    for offset in sorted(range(-far, far + 1), key=abs):
+        row = round(float(middle_row)) + offset
+        if abs(offset) < near or not (0 <= row < ink.shape[0] and 0 <= col < ink.shape[1] and ink[row, col]):
+            continue
+        start, stop = _run_around(ink[row], col)
+        if stop - start > max(2 * half, p.min_length * height):
+            return _between_marks(ink, row, (start, stop), col, height)
+    return ()
+
+
+def _transpose(text: PlacedText) -> PlacedText:
+    corners = text.corners[:, ::-1]
+    # The shorter side stays the height of the line
+    return PlacedText(text.text, np.asarray(corners), text.confidence)
+
+
+def _run_around(line: Mask, col: int) -> tuple[int, int]:
+    """The first column of the ink around a column, and the one after the last."""
+    blank = np.flatnonzero(~line)
+    before, after = blank[blank < col], blank[blank > col]
+    return (int(before[-1]) + 1 if len(before) else 0), (int(after[0]) if len(after) else len(line))
+
+
+def _between_marks(ink: Mask, row: int, run: tuple[int, int], col: int, height: float) -> tuple[float, ...]:
+    """Pixels between marks on both sides of a column, on the line of a row; the ends of the line are marks."""
+    p = PARAMETERS
+    tick = max(3, round(p.tick * height))
+    if row < tick or row + tick >= ink.shape[0]:
+        return ()
+    start, stop = max(run[0] - tick, 0), min(run[1] + tick, ink.shape[1])
+    # A slash crosses the line with its two ends apart
+    sides = [_widen(ink[row + side * tick, start:stop], tick) for side in (-1, 1)]
+    both = np.flatnonzero(sides[0] & sides[1]) + start
+    groups = np.split(both, np.flatnonzero(np.diff(both) > 1) + 1) if len(both) else []
+    short = [group for group in groups if len(group) <= p.max_mark * height + 2 * tick]
+    marks: Floats = np.array([float(group.mean()) for group in short])
+    marks = np.unique(np.concatenate([marks, _free_ends(run, marks, tick)]))
+    before, after = marks[marks < col][-p.n_marks :], marks[marks > col][: p.n_marks]
+    return tuple(float(last - first) for first in before for last in after)
+
+
+def _free_ends(run: tuple[int, int], marks: Floats, tick: int) -> Floats:
+    """The ends of a line that no mark is near."""
+    ends = np.array([run[0], run[1] - 1], float)
+    near = np.abs(ends[:, None] - marks).min(axis=1, initial=np.inf) <= 2 * tick
+    return np.asarray(ends[~near])
+
+
+def _widen(line: Mask, reach: int) -> Mask:
+    """A line of pixels in which ink reaches further to both sides."""
+    return np.convolve(line, np.ones(2 * reach + 1), mode="same") > 0

@@ -1,0 +1,124 @@
+"""The scale of a sheet whose rooms are known, by all its evidence together."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from pianta.floor import Floor
+from pianta.io._files import count_noun
+from pianta.io.drawings.pdf import find_written_scale
+from pianta.plan.doors.swings import DoorWidth
+from pianta.plan.scale.dimension_lines import find_dimension_lines
+from pianta.plan.scale.evidence import Measure, ScaleEvidence, combine_evidence
+from pianta.plan.scale.room_evidence import by_look, home_probability, list_room_evidence
+from pianta.plan.scale.sheet_scale import LOOK, SheetScale
+from pianta.plan.scale.sheet_scale import PARAMETERS as SHEET_PARAMETERS
+from pianta.plan.scale.spaces import measure_spaces
+from pianta.plan.sheets.sheet import DOOR_WIDTH, PlacedText, PlanScale, Sheet
+from pianta.plan.walls.segmentation import ClassMap
+
+
+@dataclass(frozen=True, kw_only=True)
+class RefinedScaleParameters:
+    """Errors of the evidence from doors, scale bars and the network, of the logarithm of a length."""
+
+    # The leaf of a door as it is drawn, m. In homes 0.61 to 0.86 by norms (EN 1529, BS 4787), and 0.6 to 0.87 on
+    # six flats whose scale is known; elsewhere 0.86 to 0.985 (DIN 18101), 0.91 (three feet)
+    home_door: float = 0.78
+    home_door_sd: float = 0.16
+    other_door: float = DOOR_WIDTH
+    other_door_sd: float = 0.12
+    least_outlier_rate: float = 0.1  # that curves which agree are no single doors
+    odd_doors_outlier_rate: float = 0.6  # the same, if the look of the walls does not allow that width
+    bar_sd: float = 0.02
+    # A scale such as 1:100, if the picture is the paper: it may have been cropped, resized or printed to fit
+    scanned_sd: float = 0.02
+    scanned_outlier_rate: float = 0.4
+    min_scan: float = 100.0  # px per inch: lower ones, as 72 and 96, are those of screens
+    paper_sd: float = 0.03
+    paper_outlier_rate: float = 0.6
+    paper_tolerance: float = 0.02  # share by which the sides of a picture may be off those of a paper
+    # The network was trained on schools and offices; there its best size is right within 1.26 on the median plan
+    network_sd: float = 0.35
+    network_outlier_rate: float = 0.2
+
+
+PARAMETERS = RefinedScaleParameters()
+
+# Sides of papers, inches
+PAPERS = {"A4": (8.27, 11.69), "A3": (11.69, 16.54), "A2": (16.54, 23.39), "A1": (23.39, 33.11), "A0": (33.11, 46.81)}
+PAPERS |= {"Letter": (8.5, 11.0), "Tabloid": (11.0, 17.0), "Arch D": (24.0, 36.0)}
+INCH = 0.0254  # m
+
+
+def refine_scale(
+    measured: SheetScale,
+    sheet: Sheet,
+    floors: Sequence[Floor],
+    class_map: ClassMap,
+    texts: Sequence[PlacedText],
+) -> PlanScale:
+    """The scale by everything that the sheet shows, unless the user or the file states it.
+
+    floors: in pixels of the sheet, y up.
+    """
+    if measured.is_stated:
+        return measured.scale
+    spaces = measure_spaces(floors, class_map, texts, height=sheet.shape[0])
+    at_home, longest = home_probability(spaces, texts), max(sheet.shape)
+    evidence = [*list_room_evidence(spaces, texts), *_list_sheet_evidence(measured, at_home)]
+    written = [find_dimension_lines(texts, sheet.ink), _by_written_scale(sheet, texts), by_look(spaces, at_home)]
+    evidence += [each for each in written if each is not None]
+    limits = SHEET_PARAMETERS.min_sheet / longest, SHEET_PARAMETERS.max_sheet / longest
+    combined = combine_evidence(evidence, low=limits[0], high=limits[1])
+    sources = [each.text for each in combined.agreeing if not each.is_look]
+    return PlanScale(
+        combined.resolution,
+        ", ".join(sources) or LOOK,
+        combined.certainty,
+        interval=combined.usual,
+        wide_interval=combined.wide,
+        is_look=not sources,
+    )
+
+
+def _list_sheet_evidence(measured: SheetScale, at_home: float) -> list[ScaleEvidence]:
+    """The evidence of the scale bar, the doors and the network. at_home: probability that the sheet shows a home."""
+    p, evidence = PARAMETERS, []
+    if measured.bar is not None:
+        measure = Measure((measured.bar.resolution,), p.bar_sd)
+        evidence.append(ScaleEvidence(measured.bar.source, (measure,), 0.0, 1 - measured.bar.confidence, 0.0))
+    if measured.door_width is not None:
+        evidence.append(_by_doors(measured.door_width, measured.doors_agree, at_home))
+    if not measured.doors_agree:
+        # On homes the network takes rooms for those of a school
+        measure = Measure((DOOR_WIDTH / measured.door_px,), p.network_sd)
+        outlier_rate = at_home + (1 - at_home) * p.network_outlier_rate
+        evidence.append(ScaleEvidence(LOOK, (measure,), 0.0, outlier_rate, 0.0, is_look=True))
+    return evidence
+
+
+def _by_doors(width: DoorWidth, doors_agree: bool, at_home: float) -> ScaleEvidence:  # noqa: FBT001
+    """The width on which doors agree is that of a leaf. doors_agree: whether the look of the walls allows it."""
+    p = PARAMETERS
+    outlier_rate = max(1 - width.confidence, p.least_outlier_rate if doors_agree else p.odd_doors_outlier_rate)
+    metres = p.home_door**at_home * p.other_door ** (1 - at_home)
+    sd = at_home * p.home_door_sd + (1 - at_home) * p.other_door_sd
+    return ScaleEvidence(count_noun(width.count, "door"), (Measure((metres / width.px,), sd),), 0.0, outlier_rate, 0.0)
+
+
+def _by_written_scale(sheet: Sheet, texts: Sequence[PlacedText]) -> ScaleEvidence | None:
+    """A scale such as 1:100, if the picture states its pixels per inch or has the shape of a paper."""
+    p, ratio = PARAMETERS, find_written_scale([text.text for text in texts])
+    if ratio is None:
+        return None
+    if sheet.px_per_inch is not None and sheet.px_per_inch >= p.min_scan:
+        measure = Measure((ratio * INCH / sheet.px_per_inch,), p.scanned_sd)
+        return ScaleEvidence(f"1:{ratio}", (measure,), 0.0, p.scanned_outlier_rate, 0.0)
+    short, long = sorted(sheet.shape)
+    papers = [sides for sides in PAPERS.values() if abs(long / short * sides[0] / sides[1] - 1) <= p.paper_tolerance]
+    if not papers:
+        return None
+    measure = Measure(tuple(ratio * INCH * side / long for _, side in papers), p.paper_sd)
+    return ScaleEvidence(f"1:{ratio}", (measure,), 0.0, p.paper_outlier_rate, 0.0)
