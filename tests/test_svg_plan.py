@@ -228,13 +228,17 @@ def test_embedded_pictures_and_damaged_shapes_are_left_out_with_a_warning(path):
         ("<rect style=\"filter: URL( '//a.b' )\"/>", "//a.b"),
         ('<style>@import "http://a.b/c.css";</style>', '@import "http://a.b/c.css"'),
         ("<style>@font-face{src:url(font.woff)}</style>", "font.woff"),
-        ('<script href="http://a.b/c.js"/>', "http://a.b/c.js"),
     ],
 )
 def test_references_to_the_outside_are_refused(path, content, target):
     with pytest.raises(PlanError) as caught:
         read(path, content, f'<line x2="1" {STROKE}/>')
     assert repr(target) in str(caught.value)
+
+
+def test_scripts_are_ignored(path):
+    content = f'<line x2="1" {STROKE}/><script href="http://a.b/c.js"/><script>document.write("x")</script>'
+    assert lines_of(read(path, content)) == [[0, 0, 1, 0]]
 
 
 def test_references_to_the_inside_and_links_are_not(path):

@@ -70,7 +70,7 @@ def read_svg_plan(path: str | Path) -> PlanDrawing:
     dark or walls are kept.
 
     Width and height of an SVG are those of the paper, so metres per unit are unknown unless its root element has an
-    attribute data-metres-per-unit. Clips, masks, markers and style sheets with combined selectors are ignored.
+    attribute data-metres-per-unit. Clips, masks, markers, scripts and style sheets with combined selectors are ignored.
 
     One PlanWarning counts embedded images and damaged shapes; they are left out.
     Raises PlanError, in one line, if svgelements (pianta[svg]) is missing, and for a file that is no SVG, declares
@@ -117,6 +117,9 @@ def _parse_svg(file: Path) -> Element:
 def _check_references(root: Element, file: Path) -> None:
     """Raise PlanError if the SVG refers to another file or address, such as a linked picture or style sheet."""
     for element in root.iter():
+        # Scripts are never run and draw nothing
+        if _local_name(element.tag) == "script":
+            continue
         targets: list[str] = []
         for name, value in element.attrib.items():
             if _local_name(name) in {"href", "src"} and _local_name(element.tag) != "a":
