@@ -317,3 +317,28 @@ def test_damaged_files_are_read_or_refused_in_one_line(path, data):
     path.write_bytes(data.draw(mutated(pdf(ROOMS + text("Office 1:100", 80, 70) + " 1 0 0 1 5 5 cm 9 9 8 8 re f"))))
     with refused_in_one_line():
         read_document(path)
+
+
+@pytest.mark.parametrize("rotate", ["", "/Rotate 180|"])
+def test_lines_and_fills_end_at_clip_paths(path, rotate):
+    """The clip 0 … 100 × 0 … 200 applies until Q, and what is filled within an even number of its rings is hidden."""
+    clip = "q 0 0 100 200 re W n 40 60 m 160 60 l S Q 40 70 m 160 70 l S "
+    ring = "q 0 0 100 100 re 20 20 60 60 re W* n 0 0 100 10 re f 40 40 9 9 re f Q "
+    drawing = read(path, rotate + clip + ring + " ".join(["10 180 m 20 180 l S"] * 8))
+    sign = -1 if rotate else 1
+    assert (sign * drawing.lines[:2]).tolist() == [[[40, 60], [100, 60]], [[40, 70], [160, 70]]]
+    (fill,) = (sign * each for each in drawing.fills)
+    assert (*fill.min(axis=0), *fill.max(axis=0)) == (0, 0, 100, 10)
+
+
+def test_clips_of_forms_apply_to_what_they_hold(path):
+    form = "0 0 100 100 re W n 10 10 m 150 10 l S", "/Matrix [1 0 0 1 20 0]"
+    drawing = read(path, "q 0 0 80 200 re W n /F0 Do Q " + " ".join(["10 180 m 20 180 l S"] * 8), forms=[form])
+    assert drawing.lines[0].tolist() == [[30, 10], [80, 10]]
+    assert len(drawing.lines) == 9
+
+
+@pytest.mark.parametrize(("color", "count"), [("0.6 0.6 0.6", 1), ("1 0 0", 0), ("0.66 0 0.9", 0)])
+def test_fills_of_departments_are_no_poche(path, color, count):
+    drawing = read(path, f"{color} rg 10 10 50 50 re f " + ROOMS)
+    assert len(drawing.fills) == count

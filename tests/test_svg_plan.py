@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from pianta.errors import PlanError, PlanWarning
+from pianta.io.drawings import _layers
 from pianta.io.drawings import svg as svg_plan
 from pianta.io.drawings._drawing import ROLES, PlanDrawing, Role
 from pianta.io.drawings.svg import read_svg_plan
@@ -220,8 +221,6 @@ def test_embedded_pictures_and_damaged_shapes_are_left_out_with_a_warning(path):
 @pytest.mark.parametrize(
     ("content", "target"),
     [
-        ('<image xlink:href="http://a.b/c.png"/>', "http://a.b/c.png"),
-        ('<image href="plan.png"/>', "plan.png"),
         ('<use href="file:///etc/passwd#x"/>', "file:///etc/passwd#x"),
         ('<use href="other.svg#x"/>', "other.svg#x"),
         ('<rect fill="url(http://a.b/c.svg#g)"/>', "http://a.b/c.svg#g"),
@@ -239,6 +238,14 @@ def test_references_to_the_outside_are_refused(path, content, target):
 def test_scripts_are_ignored(path):
     content = f'<line x2="1" {STROKE}/><script href="http://a.b/c.js"/><script>document.write("x")</script>'
     assert lines_of(read(path, content)) == [[0, 0, 1, 0]]
+
+
+@pytest.mark.parametrize("target", ["http://a.b/c.png", "plan.png", "file:///etc/passwd"])
+def test_linked_images_are_left_out_and_not_fetched(path, target, monkeypatch):
+    monkeypatch.setattr(socket, "socket", None)
+    with pytest.warns(PlanWarning, match="1 image that cannot be read, left out"):
+        drawing = read(path, f'<line x2="1" {STROKE}/><image xlink:href="{target}"/>')
+    assert lines_of(drawing) == [[0, 0, 1, 0]]
 
 
 def test_references_to_the_inside_and_links_are_not(path):
@@ -324,3 +331,51 @@ def test_damaged_files_are_read_or_refused_in_one_line(path, data):
     with refused_in_one_line(), warnings.catch_warnings():
         warnings.simplefilter("ignore", PlanWarning)
         read_svg_plan(path)
+
+
+def test_lines_end_at_clip_paths(path):
+    """The clip is the box 2 … 4 × 0 … 10 of the group, moved by 1, and within that the box of the line's own clip."""
+    paths = (
+        '<clipPath id="c"><rect x="2" y="0" width="2" height="10"/></clipPath>'
+        '<clipPath id="half"><rect x="0" y="0" width="3" height="10"/></clipPath>'
+    )
+    line = f'<line x1="0" y1="5" x2="9" y2="5" {STROKE}/>'
+    clipped = f'<g transform="translate(1)" clip-path="url(#c)">{line}</g>'
+    assert lines_of(read(path, paths, clipped)) == [[3, -5, 5, -5]]
+    twice = f'<g clip-path="url(#c)"><g style="clip-path: url(#half)">{line}</g>{line}</g>{line}'
+    assert lines_of(read(path, paths, twice)) == [[2, -5, 3, -5], [2, -5, 4, -5], [0, -5, 9, -5]]
+
+
+def test_areas_and_texts_end_at_clip_paths(path):
+    clip = '<clipPath id="c" transform="scale(2)"><path d="M0 0 H2 V2 H0 Z"/></clipPath>'
+    shapes = (
+        '<rect x="2" width="8" height="3" clip-path="url(#c)"/>'
+        '<g clip-path="url(#c)"><text x="0" y="3" font-size="2">in</text><text x="8" y="3">out</text></g>'
+    )
+    drawing = read(path, clip, shapes)
+    assert [text.text for text in drawing.texts] == ["in"]
+    (fill,) = drawing.fills
+    assert (*fill.min(axis=0), *fill.max(axis=0)) == (2, -3, 4, 0)
+
+
+def test_clips_without_area_hide_and_those_of_bounding_boxes_do_not(path):
+    empty = '<clipPath id="c"/>'
+    box = '<clipPath id="b" clipPathUnits="objectBoundingBox"><rect width="1" height="1"/></clipPath>'
+    lines = f'<line x2="1" {STROKE} clip-path="url(#c)"/><line x2="2" {STROKE} clip-path="url(#b)"/>'
+    assert lines_of(read(path, empty, box, lines)) == [[0, 0, 2, 0]]
+
+
+def test_many_large_clips_are_refused(path, monkeypatch):
+    monkeypatch.setattr(_layers, "MAX_CLIPPED_CORNERS", 100)
+    clip = '<clipPath id="c"><circle r="5"/></clipPath>'
+    line = f'<line x2="1" {STROKE} clip-path="url(#c)"/>'
+    assert lines_of(read(path, clip, line)) == [[0, 0, 1, 0]]
+    with pytest.raises(PlanError, match="clips too many things"):
+        read(path, clip, line, line)
+
+
+@pytest.mark.parametrize(("fill", "count"), [("#999999", 1), ("#800000", 1), ("red", 0), ("#a900e6", 0), ("#bbb", 0)])
+def test_fills_of_departments_are_no_poche(path, fill, count):
+    """Dark fills are those whose brightest channel is at most 0.6."""
+    drawing = read(path, f'<rect width="5" height="5" fill="{fill}"/><line x2="1" {STROKE}/>')
+    assert len(drawing.fills) == count

@@ -22,18 +22,21 @@ from scipy.spatial import KDTree
 from pianta._types import Floats
 from pianta.errors import PlanError
 from pianta.io._files import check_input_file, one_line_reason, short_repr
+from pianta.io.drawings._clips import Clip, area_of_rings, clip_chain, clip_rings
 from pianta.io.drawings._drawing import ROLES, DrawnOutline, DrawnStamp, DrawnText, PlanDrawing, Role
 
 # Limits against hostile files.
 MAX_LINES = 1_000_000
 MAX_TEXTS = 50_000
 MAX_CORNERS = 5000  # of an area with holes; beyond, each of its rings is filled
+MAX_CLIPPED_CORNERS = 20_000_000  # of clips, counted again for each piece that one clips
 MAX_ARCS = 1000  # among which unnamed doors are looked for
 _MAX_LEAVES = 100  # lines at a hinge
 MAX_COORDINATE = 1e12  # beyond, a double cannot represent tenths of a millimetre
 
 # Chosen by hand on drawings of the tests:
-DARK = 0.6  # luminance 0 … 1 up to which a filled area is poché; the usual greys of CAD are below
+DARK = 0.6  # of the brightest of red, green and blue, 0 … 1, up to which a fill is poché, as the usual greys of CAD are
+PAPER = 0.95  # luminance 0 … 1 from which a colour is invisible on white
 _SPLINE_PIECES = 16  # straight lines for a Bézier curve
 _TOUCHING_GAP = 0.02  # share of the diagonal of a piece
 _END_TOLERANCE = 0.15  # share of the radius of a swing
@@ -161,13 +164,33 @@ class DrawnPieces:
     skipped: Counter[str] = field(default_factory=Counter)
     lines: int = 0
     outline_corners: int = 0
+    clipped_corners: int = 0
+
+    def add_clipped_chain(self, points: Floats, role: Role, clip: Clip, *, width: float = 0.0) -> None:
+        """Add the lines along points, shape (N, 2), within a clip; PlanError as of add_chain, and for large clips."""
+        self._count_clipped([points], clip)
+        for part in clip_chain(points, clip) if _is_in_range(points) else []:
+            self.add_chain(part, role, width=width)
+
+    def add_clipped_fill(self, rings: Sequence[Floats], role: Role, clip: Clip) -> None:
+        """Add the area within an odd number of rings, each shape (N, 2), within a clip; PlanError for large clips."""
+        self._count_clipped(rings, clip)
+        rings = [ring for ring in rings if len(ring) >= 3 and _is_in_range(ring)]
+        self.add_fill(clip_rings(rings, clip), role)
+
+    def _count_clipped(self, rings: Sequence[Floats], clip: Clip) -> None:
+        """Raise PlanError for more than MAX_CLIPPED_CORNERS, which would take forever."""
+        if clip is not None:
+            self.clipped_corners += int(shapely.get_num_coordinates(clip)) + sum(map(len, rings))
+        if self.clipped_corners > MAX_CLIPPED_CORNERS:
+            raise plan_error(self.file, "clips too many things with large clip paths, give one floor")
 
     def add_chain(self, points: Floats, role: Role, *, width: float = 0.0, layer: str = "") -> bool:
         """Add the lines along points, shape (N, 2); False if they have no length.
 
         Raises PlanError for more than MAX_LINES lines.
         """
-        if len(points) < 2 or not (np.abs(points) <= MAX_COORDINATE).all():
+        if len(points) < 2 or not _is_in_range(points):
             return False
         points = points[np.append(True, np.diff(points, axis=0).any(axis=1))]
         if len(points) < 2:
@@ -183,7 +206,7 @@ class DrawnPieces:
 
     def add_outline(self, rings: Sequence[Floats], layer: str) -> None:
         """Add a closed outline with its holes, each shape (N, 2), unless it has few or too many corners."""
-        valid = [ring for ring in rings if 3 <= len(ring) <= MAX_CORNERS and (np.abs(ring) <= MAX_COORDINATE).all()]
+        valid = [ring for ring in rings if 3 <= len(ring) <= MAX_CORNERS and _is_in_range(ring)]
         if not valid:
             return
         self.outline_corners += sum(map(len, valid))
@@ -200,7 +223,7 @@ class DrawnPieces:
 
     def add_fill(self, rings: Sequence[Floats], role: Role, *, layer: str = "") -> None:
         """Add the area within an odd number of rings, each shape (N, 2); the outline of a wall becomes lines, too."""
-        rings = [ring for ring in rings if len(ring) >= 3 and (np.abs(ring) <= MAX_COORDINATE).all()]
+        rings = [ring for ring in rings if len(ring) >= 3 and _is_in_range(ring)]
         self.fills += _outlines_of_rings(rings)
         if role == "wall":
             for ring in rings:
@@ -251,14 +274,26 @@ class DrawnPieces:
         )
 
 
+def luminance(color: Floats) -> float:
+    """Luminance of red, green and blue, 0 … 1."""
+    return float(color @ np.array([0.299, 0.587, 0.114]))
+
+
+def is_poche(color: Floats) -> bool:
+    """Whether a fill of red, green and blue, 0 … 1, is that of walls: dark, and no colour of a department."""
+    return bool(color.max() <= DARK)
+
+
+def _is_in_range(points: Floats) -> bool:
+    return bool((np.abs(points) <= MAX_COORDINATE).all())
+
+
 def _outlines_of_rings(rings: Sequence[Floats]) -> list[Floats]:
     """Outlines without holes that together cover the area within an odd number of rings."""
     # A single ring is its own outline even if it meets itself; many corners would take forever to combine.
     if len(rings) == 1 or sum(map(len, rings)) > MAX_CORNERS:
         return list(rings)
-    area = shapely.Polygon()
-    for ring in rings:
-        area = shapely.symmetric_difference(area, shapely.make_valid(shapely.Polygon(ring)))
+    area = area_of_rings(rings)
     parts = [part for part in shapely.get_parts(shapely.make_valid(area)) if part.geom_type == "Polygon"]
     pieces = [piece for part in parts for piece in _cut_through_holes(part)]
     return [np.asarray(shapely.get_coordinates(piece.exterior)) for piece in pieces if piece.area > 0]

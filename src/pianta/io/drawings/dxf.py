@@ -22,6 +22,7 @@ from pianta.io.drawings._layers import (
     chains_of_steps,
     check_plan_file,
     damage_as_plan_error,
+    is_poche,
     jambs_of_leaves,
     jambs_of_swings,
     jambs_of_symbol,
@@ -360,11 +361,12 @@ class _Reader:
         from ezdxf import colors
 
         if entity.rgb is not None:
-            return bool(colors.luminance(entity.rgb) <= DARK)
+            return is_poche(np.array(entity.rgb) / 255)
         color = _color_of(entity, parents)
         if color == _BY_LAYER:
             layer = _layer_of(entity, parents)
             color = abs(self.document.layers.get(layer).color) if layer in self.document.layers else 7
+        # Colors of an index are pens, and a red pen usually prints black
         return color in {_BY_BLOCK, 7} or bool(colors.luminance(colors.aci2rgb(min(color, 255))) <= DARK)
 
 

@@ -8,7 +8,7 @@ import os
 import re
 import subprocess
 import sys
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import closing, suppress
 from dataclasses import asdict, dataclass, field
 from io import BytesIO
@@ -21,14 +21,17 @@ from numpy.typing import NDArray
 from pianta._types import Colors, Floats
 from pianta.errors import PlanError
 from pianta.io._files import one_line_reason
+from pianta.io.drawings._clips import Clip, area_of_rings, join_clips
 from pianta.io.drawings._drawing import DrawnText, PlanDrawing
 from pianta.io.drawings._layers import (
-    DARK,
     MAX_LINES,
+    PAPER,
     DrawnPieces,
     bezier_points,
     check_plan_file,
     damage_as_plan_error,
+    is_poche,
+    luminance,
     plan_error,
     require_library,
 )
@@ -58,7 +61,6 @@ MAX_DPI = 300
 MIN_LINES = 8  # of a drawing; a page with fewer is a picture
 SCAN_SHARE = 0.5  # of the page that images cover on a scan,
 MIN_LINES_OVER_SCAN = 1000  # which is a drawing only with at least this number of lines, as no text or frame has
-_PAPER = 0.95  # luminance 0 … 1 from which strokes are invisible
 _SAME_ANGLE = 0.01  # radians between boxes of letters on one line
 _LINE_OVERLAP = 1 / 3  # share of the height that such boxes have in common
 
@@ -235,7 +237,8 @@ def find_written_scale(texts: list[str]) -> int | None:
 class _Reader:
     """Reads the objects of a page into pieces.
 
-    rotation: as of _page_rotation. image_area: of the page, square points. form_matrices: by id() of the form object.
+    rotation: as of _page_rotation. image_area: of the page, square points. form_matrices, form_clips: by id() of the
+    form object. clips: those that were made, by the bytes of their corners and the form.
     """
 
     pieces: DrawnPieces
@@ -243,6 +246,8 @@ class _Reader:
     image_area: float = 0.0
     objects: int = 0
     form_matrices: dict[int, Floats] = field(default_factory=dict)
+    form_clips: dict[int, Clip] = field(default_factory=dict)
+    clips: dict[tuple[int, bytes], Clip] = field(default_factory=dict)
 
     def read_objects(self, page: PdfPage) -> None:
         """Read all paths, and the area that images cover."""
@@ -258,6 +263,7 @@ class _Reader:
             matrix = self._matrix_of(item)
             if item.type == raw.FPDF_PAGEOBJ_FORM:
                 self.form_matrices[id(item)] = matrix
+                self.form_clips[id(item)] = self._clip_of(item)
             elif item.type == raw.FPDF_PAGEOBJ_IMAGE:
                 self.image_area += abs(np.linalg.det(matrix[:, :2]))
             elif item.type == raw.FPDF_PAGEOBJ_PATH:
@@ -270,6 +276,23 @@ class _Reader:
         outer = self.form_matrices.get(id(item.container)) if item.container else None
         return own if outer is None else np.asarray(outer @ np.vstack([own, [0, 0, 1]]))
 
+    def _clip_of(self, item: PdfObject) -> Clip:
+        """What the clip paths of an object and of the forms around it leave, in the displayed page."""
+        form = id(item.container) if item.container else 0
+        paths = list(_clip_paths(item))
+        if not paths:
+            return self.form_clips.get(form)
+        key = form, b" ".join(ring.tobytes() for path in paths for ring in path)
+        if key not in self.clips:
+            matrix = self.form_matrices.get(form, np.eye(2, 3))
+            placed = [[self._place(ring, matrix) for ring in path] for path in paths]
+            self.clips[key] = join_clips(self.form_clips.get(form), map(area_of_rings, placed))
+        return self.clips[key]
+
+    def _place(self, points: Floats, matrix: Floats) -> Floats:
+        """Points, shape (N, 2), in the displayed page; matrix: as of _matrix_of."""
+        return np.asarray((points @ matrix[:, :2].T + matrix[:, 2]) @ self.rotation.T)
+
     def _read_path(self, item: PdfObject, matrix: Floats) -> None:
         """Add the dark fills and visible strokes of a path to the pieces; PlanError if the page has too many lines.
 
@@ -279,22 +302,24 @@ class _Reader:
 
         fill, stroke = ctypes.c_int(), raw.FPDF_BOOL()
         raw.FPDFPath_GetDrawMode(item, fill, stroke)
-        stroked = bool(stroke) and _luminance(item, raw.FPDFPageObj_GetStrokeColor) < _PAPER
-        filled = bool(fill) and _luminance(item, raw.FPDFPageObj_GetFillColor) <= DARK
+        stroked = bool(stroke) and luminance(_color_of(item, raw.FPDFPageObj_GetStrokeColor)) < PAPER
+        filled = bool(fill) and is_poche(_color_of(item, raw.FPDFPageObj_GetFillColor))
         if not stroked and not filled:
             return
         if self.pieces.lines + raw.FPDFPath_CountSegments(item) > MAX_LINES:
             raise plan_error(self.pieces.file, f"has more than {MAX_LINES} lines, give one floor")
-        rings = [(ring @ matrix[:, :2].T + matrix[:, 2]) @ self.rotation.T for ring in _rings_of_path(item)]
+        segments = (raw.FPDFPath_GetPathSegment(item, index) for index in range(raw.FPDFPath_CountSegments(item)))
+        rings = [self._place(ring, matrix) for ring in _rings_of_segments(segments)]
+        clip = self._clip_of(item)
         if filled:
-            self.pieces.add_fill(rings, "other")
+            self.pieces.add_clipped_fill(rings, "other", clip)
             self.pieces.lines += sum(map(len, rings))
         if stroked:
             width = ctypes.c_float()
             raw.FPDFPageObj_GetStrokeWidth(item, width)
             scaled = width.value * abs(np.linalg.det(matrix[:, :2])) ** 0.5
             for ring in rings:
-                self.pieces.add_chain(ring, "other", width=scaled)
+                self.pieces.add_clipped_chain(ring, "other", clip, width=scaled)
 
     def read_texts(self, page: PdfTextPage) -> None:
         """Read each run of letters on a line as one text."""
@@ -308,23 +333,32 @@ class _Reader:
             self.pieces.add_text(DrawnText(text, float(x), float(y), height, float(angle)))
 
 
-def _luminance(item: PdfObject, color_of: Callable[..., object]) -> float:
-    """Luminance 0 … 1 of a color on white paper."""
-    red, green, blue, alpha = (ctypes.c_uint() for _ in range(4))
-    color_of(item, red, green, blue, alpha)
-    dark = 1 - (0.299 * red.value + 0.587 * green.value + 0.114 * blue.value) / 255
-    return 1 - dark * alpha.value / 255
+def _color_of(item: PdfObject, color_of: Callable[..., object]) -> Floats:
+    """Red, green and blue, 0 … 1, of an object on white paper."""
+    *channels, alpha = (ctypes.c_uint() for _ in range(4))
+    color_of(item, *channels, alpha)
+    return np.array([1 - (255 - channel.value) / 255 * alpha.value / 255 for channel in channels])
 
 
-def _rings_of_path(item: PdfObject) -> Iterator[Floats]:
+def _clip_paths(item: PdfObject) -> Iterator[list[Floats]]:
+    """The rings of each clip path of an object, each shape (N, 2), in the page or the form that holds the object."""
+    from pypdfium2 import raw
+
+    clip = raw.FPDFPageObj_GetClipPath(item)
+    for path in range(max(raw.FPDFClipPath_CountPaths(clip), 0) if clip else 0):
+        count = max(raw.FPDFClipPath_CountPathSegments(clip, path), 0)
+        segments = (raw.FPDFClipPath_GetPathSegment(clip, path, index) for index in range(count))
+        yield list(_rings_of_segments(segments))
+
+
+def _rings_of_segments(segments: Iterable[Any]) -> Iterator[Floats]:
     """The connected pieces of a path, each shape (N, 2), in its own coordinates; curves become chains."""
     from pypdfium2 import raw
 
     run: list[list[float]] = []
     controls: list[list[float]] = []
     x, y = ctypes.c_float(), ctypes.c_float()
-    for index in range(raw.FPDFPath_CountSegments(item)):
-        segment = raw.FPDFPath_GetPathSegment(item, index)
+    for segment in segments:
         raw.FPDFPathSegment_GetPoint(segment, x, y)
         segment_type = raw.FPDFPathSegment_GetType(segment)
         if segment_type == raw.FPDF_SEGMENT_MOVETO:

@@ -6,26 +6,30 @@ import re
 import warnings
 from collections import Counter
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from xml.etree.ElementTree import ParseError
 
 import numpy as np
+import shapely
 from defusedxml import DefusedXmlException, ElementTree
 
 from pianta._types import Floats
 from pianta.errors import PlanWarning
 from pianta.io._files import one_line_reason, short_repr
-from pianta.io.drawings._drawing import DrawnText, PlanDrawing, Role
+from pianta.io.drawings._clips import Clip, area_of_rings, join_clips
+from pianta.io.drawings._drawing import DrawnText, PlanDrawing
 from pianta.io.drawings._layers import (
-    DARK,
+    PAPER,
     DrawnPieces,
     bezier_points,
     chains_of_steps,
     check_plan_file,
+    is_poche,
     jambs_of_symbol,
+    luminance,
     plan_error,
     require_library,
     role_of_names,
@@ -43,7 +47,6 @@ MAX_ELEMENTS = 200_000
 MAX_DEPTH = 64  # of groups in groups
 METRES_ATTRIBUTE = "data-metres-per-unit"
 
-_PAPER = 0.95  # luminance 0 … 1 from which a colour is invisible on white
 _CAPITAL_HEIGHT = 0.7  # of the font size, on average
 _LETTER_WIDTH = 0.6  # of the font size, on average
 _CIRCLE = np.linspace(0, 2 * np.pi, 65)
@@ -55,7 +58,7 @@ _INHERITED = (
     *("fill", "stroke", "stroke-width", "fill-opacity", "stroke-opacity"),
     *("font-size", "text-anchor", "visibility", "color"),
 )
-_PROPERTIES = (*_INHERITED, "display", "opacity")
+_PROPERTIES = (*_INHERITED, "display", "opacity", "clip-path")
 _PX = {"": 1.0, "px": 1.0, "pt": 4 / 3, "pc": 16.0, "mm": 96 / 25.4, "cm": 96 / 2.54, "in": 96.0, "em": 16.0}
 _NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
 _TARGET = re.compile(r"url\(\s*['\"]?([^'\")]*)", re.IGNORECASE)
@@ -67,14 +70,16 @@ def read_svg_plan(path: str | Path) -> PlanDrawing:
     Transforms of groups, `use`, symbols and nested viewports are applied; hidden shapes and white ones are left out.
     Ids, classes and Inkscape's labels of a shape and the groups around it give its role; shapes of doors that touch are
     one door, from jamb to jamb by its quarter circle, else by the longer side of its box. Only filled areas that are
-    dark or walls are kept.
+    dark or walls are kept. Shapes and texts are clipped by clip paths in user space.
 
     Width and height of an SVG are those of the paper, so metres per unit are unknown unless its root element has an
-    attribute data-metres-per-unit. Clips, masks, markers, scripts and style sheets with combined selectors are ignored.
+    attribute data-metres-per-unit. Masks, markers, scripts, style sheets with combined selectors, and clips within clip
+    paths or in the units of a bounding box are ignored.
 
-    One PlanWarning counts embedded images and damaged shapes; they are left out.
+    One PlanWarning counts images and damaged shapes; they are left out.
     Raises PlanError, in one line, if svgelements (pianta[svg]) is missing, and for a file that is no SVG, declares
-    entities or a document type of its own, refers to anything outside of itself, is too large, or draws nothing.
+    entities or a document type of its own, refers to anything but images outside of itself, is too large, or draws
+    nothing.
     Source of the format: SVG 1.1, W3C.
     """
     file = check_plan_file(path, max_bytes=MAX_FILE_BYTES)
@@ -83,7 +88,7 @@ def read_svg_plan(path: str | Path) -> PlanDrawing:
     metres = _metres_per_unit(root, file)
     reader = _Reader(DrawnPieces(file), root)
     with np.errstate(all="ignore"):  # shapes beyond the range of numbers are left out later
-        reader.read_element(root, np.array([[1.0, 0, 0], [0, -1, 0]]), {}, (), 0)
+        reader.read_element(root, _Surroundings())
     if reader.left_out:
         counts = ", ".join(f"{count} {what}{'s' if count > 1 else ''}" for what, count in reader.left_out.items())
         warnings.warn(f"plan {short_repr(file)} has {counts} that cannot be read, left out", PlanWarning, stacklevel=2)
@@ -115,10 +120,10 @@ def _parse_svg(file: Path) -> Element:
 
 
 def _check_references(root: Element, file: Path) -> None:
-    """Raise PlanError if the SVG refers to another file or address, such as a linked picture or style sheet."""
+    """Raise PlanError if the SVG needs another file or address, such as a style sheet or a symbol."""
     for element in root.iter():
-        # Scripts are never run and draw nothing
-        if _local_name(element.tag) == "script":
+        # Scripts are never run, and images are left out
+        if _local_name(element.tag) in {"script", "image"}:
             continue
         targets: list[str] = []
         for name, value in element.attrib.items():
@@ -148,9 +153,34 @@ def _metres_per_unit(root: Element, file: Path) -> float | None:
     return metres
 
 
+@dataclass(frozen=True, eq=False)
+class _Surroundings:
+    """What an element has from the groups around it.
+
+    matrix: shape (2, 3), from an element's coordinates to the drawing's. names: of the groups, from the innermost.
+    clip: in coordinates of the drawing. depth: the number of groups. used: whether `use` refers to the element, which
+    shows symbols.
+    """
+
+    matrix: Floats = field(default_factory=lambda: np.array([[1.0, 0, 0], [0, -1, 0]]))
+    style: Style = field(default_factory=dict)
+    names: tuple[str, ...] = ()
+    clip: Clip = None
+    depth: int = 0
+    used: bool = False
+
+    def moved(self, matrix: Floats) -> _Surroundings:
+        """The surroundings after another matrix, shape (2, 3)."""
+        return replace(self, matrix=self.matrix @ _square(matrix))
+
+    def place(self, chain: Floats) -> Floats:
+        """Points of an element, shape (N, 2), in coordinates of the drawing."""
+        return np.asarray(chain @ self.matrix[:, :2].T + self.matrix[:, 2])
+
+
 @dataclass
 class _Reader:
-    """Reads elements into pieces; matrices have shape (2, 3), from an element's coordinates to the drawing's."""
+    """Reads elements into pieces."""
 
     pieces: DrawnPieces
     root: Element
@@ -162,74 +192,90 @@ class _Reader:
         sheets = (element for element in self.root.iter() if _local_name(element.tag) == "style")
         self.rules = _parse_rules(" ".join("".join(sheet.itertext()) for sheet in sheets))
 
-    def read_element(
-        self, element: Element, matrix: Floats, style: Style, names: tuple[str, ...], depth: int, *, used: bool = False
-    ) -> None:
-        """Read an element and its children; names: of the groups around it, from the innermost.
-
-        used: whether `use` refers to it, which shows symbols.
-        """
+    def read_element(self, element: Element, around: _Surroundings) -> None:
+        """Read an element and its children."""
         self.elements += 1
         if self.elements > MAX_ELEMENTS:
             raise plan_error(self.pieces.file, f"draws more than {MAX_ELEMENTS} things, give one floor")
-        if depth > MAX_DEPTH:
+        if around.depth > MAX_DEPTH:
             raise plan_error(self.pieces.file, f"has groups more than {MAX_DEPTH} deep, ungroup some")
         tag = _local_name(element.tag)
-        style = self._style_of(element, tag, style)
+        style = self._style_of(element, tag, around.style)
         if style.get("display") == "none" or _number(style.get("opacity"), 1) == 0:
             return
-        names = (*_names_of(element), *names)
-        matrix = matrix @ _square(self._transform_of(element))
-        if tag in _GROUPS or (tag == "symbol" and used):
-            if depth > 0 and tag in {"svg", "symbol"}:
-                matrix = matrix @ _square(_viewport(element))
+        within = replace(around, style=style, names=(*_names_of(element), *around.names), used=False)
+        within = self._clipped(within.moved(self._transform_of(element)))
+        if tag in _GROUPS or (tag == "symbol" and around.used):
+            if around.depth > 0 and tag in {"svg", "symbol"}:
+                within = within.moved(_viewport(element))
             for child in element:
-                self.read_element(child, matrix, style, names, depth + 1)
+                self.read_element(child, replace(within, depth=around.depth + 1))
         elif tag == "use":
-            self._read_use(element, matrix, style, names, depth)
+            self._read_use(element, within)
         elif style.get("visibility", "visible") == "visible":
-            self._read_leaf(element, tag, matrix, style, names)
+            self._read_leaf(element, tag, within)
 
-    def _read_use(self, element: Element, matrix: Floats, style: Style, names: tuple[str, ...], depth: int) -> None:
+    def _clipped(self, within: _Surroundings) -> _Surroundings:
+        """An element's own surroundings with its clip path; as they are without one."""
+        target = _TARGET.match(within.style.get("clip-path", ""))
+        path = self.by_id.get(target[1].strip().removeprefix("#")) if target else None
+        if path is None or _local_name(path.tag) != "clipPath" or path.get("clipPathUnits") == "objectBoundingBox":
+            return within
+        user_space = within.moved(self._transform_of(path))
+        areas = []
+        for child in path:
+            tag = _local_name(child.tag)
+            if tag in _SHAPES:
+                chains = self._chains_of_leaf(child, tag, user_space.moved(self._transform_of(child)))
+                areas.append(area_of_rings(_rings_of_chains([chain for chain in chains if np.isfinite(chain).all()])))
+        return replace(within, clip=join_clips(within.clip, [shapely.union_all(areas)]))
+
+    def _read_use(self, element: Element, within: _Surroundings) -> None:
         """Read the element that a `use` element refers to, shifted by its x and y."""
         href = next((value for name, value in element.attrib.items() if _local_name(name) == "href"), "")
         target = self.by_id.get(href.strip().removeprefix("#")) if href else None
         if target is not None:
             shift = np.array([[1.0, 0, _number(element.get("x"))], [0, 1, _number(element.get("y"))]])
-            self.read_element(target, matrix @ _square(shift), style, names, depth + 1, used=True)
+            self.read_element(target, replace(within.moved(shift), depth=within.depth + 1, used=True))
 
-    def _read_leaf(self, element: Element, tag: str, matrix: Floats, style: Style, names: tuple[str, ...]) -> None:
+    def _read_leaf(self, element: Element, tag: str, within: _Surroundings) -> None:
         """Read a text or a shape; count what is left out."""
         if tag in _LEFT_OUT:
             self.left_out[_LEFT_OUT[tag]] += 1
         elif tag == "text":
-            self._read_text(element, matrix, style)
+            self._read_text(element, within)
         elif tag in _SHAPES:
-            try:
-                chains = [chain @ matrix[:, :2].T + matrix[:, 2] for chain in _chains_of_shape(element, tag)]
-            # svgelements raises various exceptions for damaged paths.
-            except Exception:
-                self.left_out["damaged shape"] += 1
-            else:
-                self._add_shape(chains, matrix, style, role_of_names(names))
+            self._add_shape(self._chains_of_leaf(element, tag, within), within)
 
-    def _add_shape(self, chains: list[Floats], matrix: Floats, style: Style, role: Role) -> None:
+    def _chains_of_leaf(self, element: Element, tag: str, within: _Surroundings) -> list[Floats]:
+        """The lines of a shape in coordinates of the drawing; none, counted in left_out, if it is damaged."""
+        try:
+            return [within.place(chain) for chain in _chains_of_shape(element, tag)]
+        except Exception:  # svgelements raises various exceptions for damaged paths
+            self.left_out["damaged shape"] += 1
+            return []
+
+    def _add_shape(self, chains: list[Floats], within: _Surroundings) -> None:
         """Add the dark areas and the visible lines of a shape; chains: its lines in coordinates of the drawing."""
-        fill = _luminance(style, "fill", "black")
-        filled = fill is not None and (fill < _PAPER if role == "wall" else role == "other" and fill <= DARK)
-        rings = _rings_of_chains(chains) if filled else []
+        style, role = within.style, role_of_names(within.names)
+        fill = _color_of(style, "fill", "black")
+        is_area = fill is not None and (
+            luminance(fill) < PAPER if role == "wall" else role == "other" and is_poche(fill)
+        )
+        rings = _rings_of_chains(chains) if is_area else []
         if rings:
-            self.pieces.add_fill(rings, role)
-        stroke = _luminance(style, "stroke", "none")
+            self.pieces.add_clipped_fill(rings, role, within.clip)
+        stroke = _color_of(style, "stroke", "none")
         # Shapes with a role and no style are drawn; white shapes of a door give its position.
         is_drawn = role == "door" or (role != "other" and "stroke" not in style and not rings)
-        if is_drawn or (stroke is not None and stroke < _PAPER):
-            width = _number(style.get("stroke-width"), 1) * abs(np.linalg.det(matrix[:, :2])) ** 0.5
+        if is_drawn or (stroke is not None and luminance(stroke) < PAPER):
+            width = _number(style.get("stroke-width"), 1) * abs(np.linalg.det(within.matrix[:, :2])) ** 0.5
             for chain in chains:
-                self.pieces.add_chain(chain, role, width=width if stroke is not None else 0)
+                self.pieces.add_clipped_chain(chain, role, within.clip, width=width if stroke is not None else 0)
 
-    def _read_text(self, element: Element, matrix: Floats, style: Style) -> None:
+    def _read_text(self, element: Element, within: _Surroundings) -> None:
         """Read a text as one line; its middle comes from the usual width of letters, for no fonts are measured."""
+        style, matrix = within.style, within.matrix
         lines = [element, *(child for child in element.iter() if _local_name(child.tag) == "tspan")]
         points = np.array([[_number(line.get(axis), np.nan) for axis in ("x", "y")] for line in lines])
         points = points[1:] if len(points) > 1 and np.isfinite(points[1:]).all() else points[:1]
@@ -238,7 +284,9 @@ class _Reader:
         width = len(text) / max(1, len(points)) * _LETTER_WIDTH * size
         x, y = np.nan_to_num(points).mean(axis=0)
         x += width * {"middle": 0.0, "end": -0.5}.get(style.get("text-anchor", ""), 0.5)
-        middle = matrix @ (x, y - size * _CAPITAL_HEIGHT / 2, 1)
+        middle = within.place(np.array([[x, y - size * _CAPITAL_HEIGHT / 2]]))[0]
+        if within.clip is not None and not shapely.intersects_xy(within.clip, *middle):
+            return
         along, up = matrix[:, 0], matrix[:, 1]
         height = size * _CAPITAL_HEIGHT * np.hypot(*up)
         angle = float(np.arctan2(along[1], along[0]))
@@ -316,8 +364,8 @@ def _parse_declarations(text: str) -> dict[str, str]:
     return {name: value for name, value in stripped if name in _PROPERTIES}
 
 
-def _luminance(style: Style, what: str, default: str) -> float | None:
-    """Luminance 0 … 1 on white of a fill or stroke, None if it is not drawn; gradients count as light."""
+def _color_of(style: Style, what: str, default: str) -> Floats | None:
+    """Red, green and blue, 0 … 1, on white of a fill or stroke, None if it is not drawn; gradients count as light."""
     from svgelements import Color
 
     value = style.get(what) or default
@@ -326,13 +374,13 @@ def _luminance(style: Style, what: str, default: str) -> float | None:
     if value == "currentColor":
         value = style.get("color") or "black"
     if value.startswith("url("):
-        return 0.9
+        return np.full(3, 0.9)
     try:
         color = Color(value)
-        red, green, blue, opacity = color.red, color.green, color.blue, color.opacity
-        return float(1 - opacity * (1 - (0.299 * red + 0.587 * green + 0.114 * blue) / 255))
+        channels = np.array([color.red, color.green, color.blue], float) / 255
+        return np.asarray(1 - color.opacity * (1 - channels))
     except Exception:  # svgelements raises various exceptions for damaged texts
-        return 0.0
+        return np.zeros(3)
 
 
 def _viewport(element: Element) -> Floats:
