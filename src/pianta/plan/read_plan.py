@@ -18,6 +18,7 @@ from pianta.io._files import MAX_CELLS, short_repr
 from pianta.io.drawings._drawing import LayerChoice, PlanDrawing
 from pianta.io.drawings.dxf import read_dxf_plan
 from pianta.io.drawings.ifc import read_ifc_plan
+from pianta.io.drawings.svg import read_svg_plan
 from pianta.io.drawings.sweethome3d import read_sweethome3d
 from pianta.io.images import Source, path_of
 from pianta.layout.reconstruct import DEFAULT_METHOD, check_method
@@ -43,6 +44,7 @@ from pianta.plan.walls.segmentation import NETWORKS, has_walls, segment_sheet
 # Formats of buildings with storeys, in metres; all others are sheets.
 STOREY_READERS = MappingProxyType({".ifc": read_ifc_plan, ".sh3d": read_sweethome3d})
 DXF_SUFFIX = ".dxf"
+SVG_SUFFIX = ".svg"
 MIN_SHEET_LINES = 60  # of a DXF that are worth a network: simpler plans enclose their rooms, or show none
 # The frame of a storey
 CELL = 0.05  # m; larger for storeys that would have too many cells
@@ -180,6 +182,8 @@ def read_plan(
     options = _SheetOptions(resolution, method, symbols, networks, with_symbols=with_symbols, with_text=with_text)
     if Path(path).suffix.lower() == DXF_SUFFIX and page is None:
         return _read_dxf(read_dxf_plan(path, layers=layers), path, layers, options)
+    if Path(path).suffix.lower() == SVG_SUFFIX and page is None:
+        return _read_svg(read_svg_plan(path), path, options)
     return _read_sheet(open_sheet(source, page=page, max_cells=max_cells), path, options)
 
 
@@ -202,11 +206,8 @@ def _read_dxf(drawing: PlanDrawing, path: str | Path, layers: LayerChoice, optio
     )
     notes = describe_layers(drawing)
     if drawn_floors is not None:
-        floors, unit, rooms_note = drawn_floors
-        _check_floors(floors, path)
-        placed = [_place_drawn_floor(floor, unit) for floor in floors]
-        px_per_unit = unit.resolution / placed[0].grid.resolution
-        return PlanReading(tuple(placed), None, px_per_unit=px_per_unit, notes=(rooms_note, *notes))
+        reading = _place_drawn_floors(*drawn_floors, path)
+        return replace(reading, notes=(*reading.notes, *notes))
     if layers.rooms:
         raise PlanError(f"plan {short_repr(path)} has no closed outlines with a text inside on these layers of rooms")
     if len(drawing.lines) < MIN_SHEET_LINES:
@@ -223,10 +224,23 @@ def _read_dxf(drawing: PlanDrawing, path: str | Path, layers: LayerChoice, optio
     return replace(reading, notes=notes)
 
 
-def _place_drawn_floor(floor: Floor, unit: PlanScale) -> PlanFloor:
-    """A floor in metres of the file's frame; unit: metres per drawing unit."""
-    grid = _frame(floor)
-    return PlanFloor(floor, grid, PlanScale(grid.resolution, unit.source, unit.confidence))
+def _read_svg(drawing: PlanDrawing, path: str | Path, options: _SheetOptions) -> PlanReading:
+    """The floors of an SVG: rooms that it names, else those of the drawn sheet."""
+    drawn_floors = read_drawn_floors(drawing, resolution=options.resolution) if drawing.outlines else None
+    if drawn_floors is not None:
+        return _place_drawn_floors(*drawn_floors, path)
+    return _read_sheet(draw_sheet(drawing), path, options)
+
+
+def _place_drawn_floors(floors: Sequence[Floor], unit: PlanScale, note: str, path: str | Path) -> PlanReading:
+    """Floors in metres of the file's frame; unit: metres per drawing unit."""
+    _check_floors(floors, path)
+    grids = [_frame(floor) for floor in floors]
+    placed = tuple(
+        PlanFloor(floor, grid, unit.scaled(grid.resolution / unit.resolution))
+        for floor, grid in zip(floors, grids, strict=True)
+    )
+    return PlanReading(placed, None, px_per_unit=unit.resolution / grids[0].resolution, notes=(note,))
 
 
 def _read_sheet(sheet: Sheet, path: str | Path, options: _SheetOptions) -> PlanReading:

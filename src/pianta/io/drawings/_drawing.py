@@ -86,7 +86,7 @@ class PlanDrawing:
     unnamed_doors: shape (D, 2, 2), from jamb to jamb, of leaves with their arcs on layers that are not named as doors.
     line_layers: shape (N,), index into layers of each line; empty if the format has no layers.
     skipped: counts of what is in the file and was not read, by kind.
-    metres_per_unit: None if unknown.
+    metres_per_unit: None if unknown. is_on_paper: whether the coordinates are those of a sheet of paper, at any scale.
     source: the name of the file.
     """
 
@@ -103,4 +103,5 @@ class PlanDrawing:
     layers: tuple[str, ...] = ()
     skipped: Mapping[str, int] = field(default_factory=dict)
     metres_per_unit: float | None = None
+    is_on_paper: bool = False
     source: str = ""

@@ -50,18 +50,18 @@ _ARC_RANGE = (60, 120)  # degrees
 _DOUBLE_LEAF_ANGLE = 150  # degrees between the two leaves of a double door, at least
 
 
-def _words(text: str) -> frozenset[str]:
+def words_in(text: str) -> frozenset[str]:
     return frozenset(text.split())
 
 
 # Words of layer names without accents, in English, Italian, German, French and Spanish; door wins over window and wall.
 _WORDS: dict[Role, frozenset[str]] = {
-    "door": _words(
+    "door": words_in(
         "door doors doorway doorways doorleaf tur ture turen tuer tuere tueren tuerblatt tuerfluegel "
         "porta porte portes portone puerta puertas"
     ),
-    "window": _words("window windows wndw glaz glazing fenster finestra finestre fenetre fenetres ventana ventanas"),
-    "wall": _words(
+    "window": words_in("window windows wndw glaz glazing fenster finestra finestre fenetre fenetres ventana ventanas"),
+    "wall": words_in(
         "wall walls partition partitions wand wande waende mauer mauern mauerwerk muro muri muros parete pareti "
         "muratura murature tramezzo tramezzi tamponamento mur murs cloison cloisons muret pared paredes tabique "
         "tabiques mamparas poche"
@@ -73,10 +73,10 @@ _ENDINGS: dict[Role, tuple[str, ...]] = {
     "window": ("window", "windows", "fenster"),
     "wall": ("wall", "walls", "wand", "wande", "waende", "mauer", "mauern"),
 }
-_NO_COMPOUNDS = _words("indoor indoors outdoor outdoors leinwand gewand aufwand")
+_NO_COMPOUNDS = words_in("indoor indoors outdoor outdoors leinwand gewand aufwand")
 _UMLAUTS = str.maketrans({"ä": "ae", "ö": "oe", "ü": "ue", "ß": "ss"})
 # Words of layers with annotations of walls and doors.
-_ANNOTATIONS = _words(
+ANNOTATIONS = words_in(
     "anno annotation annotations dim dims dimension dimensions iden ident tag tags text texts note notes label labels "
     "number numbers legend schedule bemassung beschriftung legende legenda leyenda quote quota quotes cote cotes cotas "
     "cotation testo testi texte textes texto textos etiquetas"
@@ -95,17 +95,22 @@ def role_of_names(names: Iterable[str]) -> Role:
 @lru_cache(maxsize=10_000)
 def _role_of_name(name: str) -> Role:
     """The role that the words of a name mean; "other" without one, and for names of dimensions, tags and texts."""
-    composed = unicodedata.normalize("NFC", name[:300])
-    bases = "".join("s" if letter == "ß" else unicodedata.normalize("NFD", letter)[0] for letter in composed)
-    matches = re.finditer(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+", bases)
-    words = [_spell_plainly(composed[match.start() : match.end()]) for match in matches]
-    if not _ANNOTATIONS.isdisjoint(words):
+    words = words_of_name(name)
+    if not ANNOTATIONS.isdisjoint(words):
         return "other"
     for role, role_words in _WORDS.items():
         ending = _ENDINGS[role]
         if any(word in role_words or (word.endswith(ending) and word not in _NO_COMPOUNDS) for word in words):
             return role
     return "other"
+
+
+def words_of_name(name: str) -> list[str]:
+    """The words of a name such as A-WALL or roomLobby, in small letters without accents."""
+    composed = unicodedata.normalize("NFC", name[:300])
+    bases = "".join("s" if letter == "ß" else unicodedata.normalize("NFD", letter)[0] for letter in composed)
+    matches = re.finditer(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+", bases)
+    return [_spell_plainly(composed[match.start() : match.end()]) for match in matches]
 
 
 def _spell_plainly(word: str) -> str:
@@ -251,6 +256,7 @@ class DrawnPieces:
         *,
         unnamed_doors: Sequence[Floats] = (),
         metres_per_unit: float | None = None,
+        is_on_paper: bool = False,
     ) -> PlanDrawing:
         """The plan of all pieces and doors, each door shape (2, 2)."""
         names = {layer: number for number, layer in enumerate(dict.fromkeys(self.layers))}
@@ -270,6 +276,7 @@ class DrawnPieces:
             layers=tuple(names),
             skipped=dict(self.skipped),
             metres_per_unit=metres_per_unit,
+            is_on_paper=is_on_paper,
             source=self.file.name,
         )
 

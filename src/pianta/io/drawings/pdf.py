@@ -165,6 +165,7 @@ def _unpack(packed: Mapping[str, NDArray[Any]], file: Path) -> PlanDrawing | Col
         fills=tuple(np.split(packed["corners"], packed["ends"][:-1]) if len(packed["ends"]) else ()),
         texts=tuple(DrawnText(**text) for text in json.loads(str(packed["texts"]))),
         metres_per_unit=None if np.isnan(metres) else metres,
+        is_on_paper=True,
         source=file.name,
     )
 
@@ -208,7 +209,7 @@ def _read_page(page: PdfPage, file: Path) -> PlanDrawing | Colors:
         return _render_page(page)
     reader.read_texts(page.get_textpage())
     scale = find_written_scale([text.text for text in reader.pieces.texts])
-    return reader.pieces.drawing((), metres_per_unit=scale and scale * METRES_PER_POINT)
+    return reader.pieces.drawing((), metres_per_unit=scale and scale * METRES_PER_POINT, is_on_paper=True)
 
 
 def _render_page(page: PdfPage) -> Colors:

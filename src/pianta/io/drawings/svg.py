@@ -35,6 +35,7 @@ from pianta.io.drawings._layers import (
     role_of_names,
     touching_pieces,
 )
+from pianta.io.drawings._room_shapes import RoomShapes, names_rooms
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
@@ -70,7 +71,8 @@ def read_svg_plan(path: str | Path) -> PlanDrawing:
     Transforms of groups, `use`, symbols and nested viewports are applied; hidden shapes and white ones are left out.
     Ids, classes and Inkscape's labels of a shape and the groups around it give its role; shapes of doors that touch are
     one door, from jamb to jamb by its quarter circle, else by the longer side of its box. Only filled areas that are
-    dark or walls are kept. Shapes and texts are clipped by clip paths in user space.
+    dark or walls are kept. Shapes and texts are clipped by clip paths in user space. Closed shapes that are named rooms
+    become outlines, with the rest of their names for a stamp where no text stands in them.
 
     Width and height of an SVG are those of the paper, so metres per unit are unknown unless its root element has an
     attribute data-metres-per-unit. Masks, markers, scripts, style sheets with combined selectors, and clips within clip
@@ -94,7 +96,8 @@ def read_svg_plan(path: str | Path) -> PlanDrawing:
         warnings.warn(f"plan {short_repr(file)} has {counts} that cannot be read, left out", PlanWarning, stacklevel=2)
     if not reader.pieces.lines and not reader.pieces.fills:
         raise plan_error(file, "draws no lines, give a drawn plan, or a picture as PNG")
-    return reader.pieces.drawing(reader.doors(), metres_per_unit=metres)
+    reader.rooms.add_to(reader.pieces)
+    return reader.pieces.drawing(reader.doors(), metres_per_unit=metres, is_on_paper=True)
 
 
 class _Parser(ElementTree.DefusedXMLParser):  # type: ignore[misc]  # of a library without types
@@ -158,14 +161,15 @@ class _Surroundings:
     """What an element has from the groups around it.
 
     matrix: shape (2, 3), from an element's coordinates to the drawing's. names: of the groups, from the innermost.
-    clip: in coordinates of the drawing. depth: the number of groups. used: whether `use` refers to the element, which
-    shows symbols.
+    clip: in coordinates of the drawing. room: the number of the innermost element that is named a room, None without.
+    depth: the number of groups. used: whether `use` refers to the element, which shows symbols.
     """
 
     matrix: Floats = field(default_factory=lambda: np.array([[1.0, 0, 0], [0, -1, 0]]))
     style: Style = field(default_factory=dict)
     names: tuple[str, ...] = ()
     clip: Clip = None
+    room: int | None = None
     depth: int = 0
     used: bool = False
 
@@ -185,6 +189,7 @@ class _Reader:
     pieces: DrawnPieces
     root: Element
     left_out: Counter[str] = field(default_factory=Counter)
+    rooms: RoomShapes = field(default_factory=RoomShapes)
     elements: int = 0
 
     def __post_init__(self) -> None:
@@ -203,7 +208,10 @@ class _Reader:
         style = self._style_of(element, tag, around.style)
         if style.get("display") == "none" or _number(style.get("opacity"), 1) == 0:
             return
-        within = replace(around, style=style, names=(*_names_of(element), *around.names), used=False)
+        own_names = tuple(_names_of(element))
+        within = replace(around, style=style, names=(*own_names, *around.names), used=False)
+        if names_rooms(own_names):
+            within = replace(within, room=self.rooms.add_element(own_names))
         within = self._clipped(within.moved(self._transform_of(element)))
         if tag in _GROUPS or (tag == "symbol" and around.used):
             if around.depth > 0 and tag in {"svg", "symbol"}:
@@ -258,6 +266,8 @@ class _Reader:
     def _add_shape(self, chains: list[Floats], within: _Surroundings) -> None:
         """Add the dark areas and the visible lines of a shape; chains: its lines in coordinates of the drawing."""
         style, role = within.style, role_of_names(within.names)
+        if within.room is not None and role == "other":
+            self.rooms.add_shape(within.room, _rings_of_chains(chains), within.names)
         fill = _color_of(style, "fill", "black")
         is_area = fill is not None and (
             luminance(fill) < PAPER if role == "wall" else role == "other" and is_poche(fill)

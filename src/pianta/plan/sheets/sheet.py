@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -84,6 +84,12 @@ class PlanScale:
     def is_rough(self) -> bool:
         """Whether areas are too uncertain to be given without a mark."""
         return self.is_look or self.area_factor >= ROUGH_AREA_FACTOR
+
+    def scaled(self, factor: float) -> PlanScale:
+        """The same scale for pixels that are larger by a factor."""
+        ends = (each and (each[0] * factor, each[1] * factor) for each in (self.interval, self.wide_interval))
+        interval, wide_interval = ends
+        return replace(self, resolution=self.resolution * factor, interval=interval, wide_interval=wide_interval)
 
     def as_json(self) -> dict[str, Any]:
         """List the scale, its intervals and its sources as an object of JSON.
