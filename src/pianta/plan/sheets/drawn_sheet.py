@@ -12,6 +12,7 @@ from pianta._types import Colors, Floats, Mask
 from pianta.errors import OptionError, PlanError
 from pianta.io._files import short_repr
 from pianta.io.drawings._drawing import ROLES, DrawnText, PlanDrawing
+from pianta.plan.sheets.hatches import find_hatches
 from pianta.plan.sheets.sheet import DOOR_WIDTH, PlacedText, Sheet
 
 DOOR_PX = 32  # pixels of a door; the network has 8 cells a door, so a cell is 4 pixels
@@ -36,8 +37,8 @@ def draw_sheet(drawing: PlanDrawing, *, longest_px: int = LONGEST_PX) -> Sheet:
     With units, a door of 0.9 m is DOOR_PX pixels wide; without units but with doors, the median door is; with neither,
     the longer side has half of longest_px. Lines are at least LINE_PX wide, without grey. The walls are the lines that
     the drawing names walls and its filled areas, None if it names no walls. Texts are placed and not drawn; a drawing
-    without texts may have letters of lines, so the sheet has None. What lies beyond an empty stretch that is wider than
-    half of the extent is left out.
+    without texts may have letters of lines, so the sheet has None. Hatches are left out, and what lies beyond an empty
+    stretch that is wider than half of the extent.
 
     Raises OptionError if longest_px leaves no room within the margin, PlanError if nothing is drawn.
     """
@@ -49,7 +50,8 @@ def draw_sheet(drawing: PlanDrawing, *, longest_px: int = LONGEST_PX) -> Sheet:
     doors = drawing.doors[((middles >= low) & (middles <= high)).all(axis=1)]
     texts = tuple(_place_text(text, frame) for text in drawing.texts if frame.holds(text.x, text.y))
     fills, is_wall = _draw_fills(drawing, frame), drawing.roles == ROLES.index("wall")
-    ink = _draw_lines(drawing, np.ones(len(drawing.lines), bool), frame) | fills
+    is_drawn = (drawing.roles != ROLES.index("other")) | ~find_hatches(drawing.lines, drawing.widths)
+    ink = _draw_lines(drawing, is_drawn, frame) | fills
     return Sheet(
         colors=np.where(ink[:, :, None], np.uint8(0), np.uint8(255)).repeat(3, axis=2),
         walls=_draw_lines(drawing, is_wall, frame) | fills if is_wall.any() else None,
