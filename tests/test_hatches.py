@@ -1,4 +1,4 @@
-"""Hatches: runs of parallel, evenly spaced lines of one width; walls, windows and short runs are none."""
+"""Hatches: runs of parallel, evenly spaced lines of one width; walls, short runs and uneven lines do not count."""
 
 import numpy as np
 import pytest
@@ -25,8 +25,8 @@ def run(count: int, *, spacing: float = 5, start: float = 100, length: float = 5
 def hatches(*parts: Lines) -> list[int]:
     """How many lines of each part are hatches."""
     lines = np.concatenate(parts)
-    found = find_hatches(lines, np.ones(len(lines)))
-    return [int(part.sum()) for part in np.split(found, np.cumsum([len(part) for part in parts])[:-1])]
+    is_hatch = find_hatches(lines, np.ones(len(lines)))
+    return [int(part.sum()) for part in np.split(is_hatch, np.cumsum([len(part) for part in parts])[:-1])]
 
 
 @pytest.mark.parametrize(

@@ -342,3 +342,30 @@ def test_clips_of_forms_apply_to_what_they_hold(path):
 def test_fills_of_departments_are_no_poche(path, color, count):
     drawing = read(path, f"{color} rg 10 10 50 50 re f " + ROOMS)
     assert len(drawing.fills) == count
+
+
+def arc(radius: float, degrees: float) -> str:
+    """A Bézier arc about the origin, from the x axis on, and a leaf to its end."""
+    angle = np.radians(degrees)
+    reach = radius * 4 / 3 * np.tan(angle / 4)
+    end = radius * np.array([np.cos(angle), np.sin(angle)])
+    middle = end + reach * np.array([np.sin(angle), -np.cos(angle)])
+    curve = f"{radius} 0 m {radius} {reach:.6f} {middle[0]:.6f} {middle[1]:.6f} {end[0]:.6f} {end[1]:.6f} c"
+    return f"{curve} 0 0 l S"
+
+
+@pytest.mark.parametrize("degrees", [30, 45, 90])
+def test_leaves_with_their_arcs_are_doors(path, degrees):
+    """Three doors of 30 points, from the hinge to the end of the arc without a leaf; chairs have smaller arcs."""
+    doors = " ".join(f"q 1 0 0 1 {50 + 60 * k} 50 cm {arc(30, degrees)} Q" for k in range(3))
+    chairs = " ".join(f"q 1 0 0 1 {50 + 20 * k} 150 cm {arc(6, 90)} Q" for k in range(4))
+    drawing = read(path, f"{ROOMS} {doors} {chairs}")
+    expected = [[[50 + 60 * k, 50], [80 + 60 * k, 50]] for k in range(3)]
+    np.testing.assert_allclose(drawing.unnamed_doors, expected, atol=0.3)
+
+
+def test_arcs_without_a_leaf_or_with_two_are_no_doors(path):
+    without = arc(30, 90).replace("0 0 l S", "S")
+    sector = arc(30, 90).replace("0 0 l S", "0 0 l 30 0 l S")
+    drawing = read(path, f"{ROOMS} q 1 0 0 1 50 50 cm {without} Q q 1 0 0 1 150 50 cm {sector} Q")
+    assert len(drawing.unnamed_doors) == 0

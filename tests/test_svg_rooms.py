@@ -33,14 +33,14 @@ def write(path: Path, content: str, attributes: str = "") -> Path:
 def test_rooms_of_a_class_are_read_as_drawn(tmp_path):
     """A door of 9 units is 0.9 m wide, so that a unit is 0.1 m; y goes up."""
     plan = read_plan(write(tmp_path / "plan.svg", ROOMS))
-    (drawn,) = plan.floors
-    assert [(room.number, room.name) for room in drawn.floor] == [(None, "lobby"), ("02", None), (None, "Copy room")]
-    assert drawn.floor[1].polygon.bounds == pytest.approx((1, -4, 5, -1))
-    assert drawn.floor[3].polygon.area == pytest.approx(0.01 * (82 * 38 - 40 * 20))
-    assert [door.room_ids for door in drawn.floor.doors] == [(1, 2)]
-    assert drawn.scale.resolution / drawn.grid.resolution == pytest.approx(1)
-    assert "1 door of about 0.9 m" in drawn.scale.source
-    assert drawn.scale.interval is not None
+    (storey,) = plan.floors
+    assert [(room.number, room.name) for room in storey.floor] == [(None, "lobby"), ("02", None), (None, "Copy room")]
+    assert storey.floor[1].polygon.bounds == pytest.approx((1, -4, 5, -1))
+    assert storey.floor[3].polygon.area == pytest.approx(0.01 * (82 * 38 - 40 * 20))
+    assert [door.room_ids for door in storey.floor.doors] == [(1, 2)]
+    assert storey.scale.resolution / storey.grid.resolution == pytest.approx(1)
+    assert "1 door of about 0.9 m" in storey.scale.source
+    assert storey.scale.interval is not None
     assert plan.notes == ("rooms: closed outlines of layer rooms 3, with the corners as drawn",)
 
 

@@ -95,7 +95,7 @@ As = Annotated[
     Literal["map", "plan"] | None,
     typer.Option("--as", help="Whether it is a robot's map or a plan; detected unless given."),
 ]
-Page = Annotated[int | None, typer.Option(min=1, help="Page of a PDF.")]
+Page = Annotated[int | None, typer.Option(min=1, help="Page of a PDF; without it all that show a plan, as storeys.")]
 Symbols = Annotated[
     Path | None, typer.Option(metavar="FOLDER", help="PNGs of further symbols of plans; door*.png are doors.")
 ]

@@ -257,7 +257,8 @@ def _read_sheet(sheet: Sheet, path: str | Path, options: _SheetOptions) -> PlanR
     placed = find_symbols(textless, door_px=measured.drawn_door_px, templates=templates if options.with_symbols else ())
     class_map = segment_sheet(remove_symbols(sheet.colors, placed), door_px=measured.door_px, networks=networks)
     swings = measured.swings if options.with_symbols else ()
-    doors = find_doors(class_map, swings, placed, sheet.doors) if options.with_symbols else PlanDoors()
+    drawn_doors = sheet.doors if len(sheet.doors) else sheet.unnamed_doors
+    doors = find_doors(class_map, swings, placed, drawn_doors) if options.with_symbols else PlanDoors()
     if sheet.walls is not None:
         class_map = use_named_walls(class_map, sheet.walls)
     # The gaps of doors are closed, walls thinned to lines, and the layout method finds the rooms between them

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections import Counter
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from math import isfinite
@@ -31,6 +31,7 @@ from pianta.reading.storeys import name_folders
 if TYPE_CHECKING:
     from pianta.building_types.model import BuildingTypeModel
     from pianta.io.images import DecodedImage
+    from pianta.plan.read_plan import PlanReading
     from pianta.plan.symbols.poses import PlacedSymbol
     from pianta.rooms.model import RoomModel
 
@@ -231,7 +232,7 @@ class Reader:
 
     def _read_plan(self, path: str | Path, image: DecodedImage | None) -> list[StoreyReading]:
         """Read all floors of a plan; OptionError for options of maps. image: decoded, None to read the file."""
-        from pianta.plan.read_plan import read_plan
+        from pianta.plan.read_pages import read_plan_pages
 
         useless = {
             "trust_thresholds=True": self.options.get("trust_thresholds"),
@@ -244,24 +245,27 @@ class Reader:
         for option in (name for name, is_given in useless.items() if is_given):
             raise OptionError(f"plan {short_repr(path)} is no map, leave out {option} or give input_kind='map'")
         names = ("resolution", "page", "symbols", "method", "max_cells", *LAYER_OPTIONS)
-        plan = read_plan(image or path, **self._choose(*names))
+        pages = read_plan_pages(image or path, **self._choose(*names))
+        folders = iter(name_folders([floor.name for plan in pages for floor in plan.floors]))
+        return [storey for plan in pages for storey in self._storeys_of_plan(plan, folders)]
+
+    def _storeys_of_plan(self, plan: PlanReading, folders: Iterator[str]) -> Iterator[StoreyReading]:
+        """The unlabelled floors of a plan; folders: their names."""
         paper = plan.sheet.colors if plan.sheet else None
         unit = plan.px_per_unit
         symbols = self.options.get("symbols")
         matches = () if symbols is None else (_describe_matches(plan.symbols, Path(symbols)),)
-        return [
-            StoreyReading(
+        for each in plan.floors:
+            yield StoreyReading(
                 each.floor,
                 each.grid,
-                name=name,
+                name=next(folders),
                 scale=each.scale,
                 title=each.name,
                 elevation=each.elevation,
                 paper=paper,
                 messages=(f"scale: {each.scale.describe(px_per_unit=unit)}", *plan.notes, *matches),
             )
-            for each, name in zip(plan.floors, name_folders([each.name for each in plan.floors]), strict=True)
-        ]
 
 
 def _warn(path: str | Path, messages: Iterable[str]) -> None:

@@ -30,7 +30,8 @@ MAX_LINES = 1_000_000
 MAX_TEXTS = 50_000
 MAX_CORNERS = 5000  # of an area with holes; beyond, each of its rings is filled
 MAX_CLIPPED_CORNERS = 20_000_000  # of clips, counted again for each piece that one clips
-MAX_ARCS = 1000  # among which unnamed doors are looked for
+MAX_ARCS = 1000  # among which unnamed doors of a DXF are looked for
+MAX_WEDGES = 5000  # among which doors of a PDF or SVG are looked for
 _MAX_LEAVES = 100  # lines at a hinge
 MAX_COORDINATE = 1e12  # beyond, a double cannot represent tenths of a millimetre
 
@@ -47,6 +48,10 @@ _MAX_RADIUS_SPREAD = 0.06  # share of the mean radius
 _MAX_ARC_STEP = 40  # degrees between two points
 _MAX_ARC_REVERSAL = 1  # degrees turned back, in all
 _ARC_RANGE = (60, 120)  # degrees
+_WEDGE_RANGE = (20, 120)  # degrees of an arc that has a leaf; on plans of estate agents leaves are little open
+_MAX_TURN_IN_ARC = 25  # degrees between two steps of one arc
+_MAX_STEP_RATIO = 3  # of the lengths of two steps of one arc
+_USUAL_WIDTHS = (0.6, 1.7)  # of doors, in those of the usual door
 _DOUBLE_LEAF_ANGLE = 150  # degrees between the two leaves of a double door, at least
 
 
@@ -391,14 +396,45 @@ def jambs_of_swings(chains: Sequence[Floats], *, axis: Floats | None = None, wal
     return _join_leaves([_closed_leaf(swing, lines, along, walls) for swing in swings])
 
 
-def jambs_of_leaves(arcs: Sequence[Floats], lines: Floats) -> list[Floats]:
-    """The doors of quarter circles that have an open leaf, from jamb to jamb, each shape (2, 2).
+def jambs_of_wedges(chains: Sequence[Floats]) -> list[Floats]:
+    """The doors that leaves with their arcs draw among all lines of a plan, from jamb to jamb, each shape (2, 2).
 
-    arcs: chains, each shape (N, 2). lines: shape (M, 2, 2), among which the leaves are looked for.
+    chains: each shape (N, 2). Leaves of furniture have other widths than the usual door, for which the long ones count.
+    """
+    arcs = [arc for chain in chains if len(chain) >= _MIN_ARC_POINTS for arc in _split_at_corners(chain)]
+    lines = np.concatenate([np.zeros((0, 2, 2)), *[np.stack([each[:-1], each[1:]], axis=1) for each in chains]])
+    doors = jambs_of_leaves(arcs[:MAX_WEDGES], lines, turns=_WEDGE_RANGE)
+    widths = np.array([np.hypot(*(door[1] - door[0])) for door in doors])
+    if not len(widths):
+        return []
+    least, most = _USUAL_WIDTHS
+    ratios = widths / widths[:, None]
+    is_near = (ratios >= least) & (ratios <= most)
+    usual = is_near[int((is_near @ widths).argmax())]
+    return [door for door, is_usual in zip(doors, usual.tolist(), strict=True) if is_usual]
+
+
+def _split_at_corners(chain: Floats) -> list[Floats]:
+    """The pieces of a chain, shape (N, 2), between its corners that have enough points for an arc."""
+    steps = np.diff(chain, axis=0)
+    lengths = np.hypot(*steps.T)
+    angles = np.arctan2(steps[:, 1], steps[:, 0])
+    turns = np.abs((np.diff(angles) + np.pi) % (2 * np.pi) - np.pi)
+    ratios = lengths[1:] / lengths[:-1]
+    is_corner = (turns > np.radians(_MAX_TURN_IN_ARC)) | (np.maximum(ratios, 1 / ratios) > _MAX_STEP_RATIO)
+    ends = [0, *(np.flatnonzero(is_corner) + 1).tolist(), len(chain) - 1]
+    return [chain[start : end + 1] for start, end in pairwise(ends) if end - start + 1 >= _MIN_ARC_POINTS]
+
+
+def jambs_of_leaves(arcs: Sequence[Floats], lines: Floats, *, turns: tuple[float, float] = _ARC_RANGE) -> list[Floats]:
+    """The doors of arcs that have an open leaf, from jamb to jamb, each shape (2, 2).
+
+    arcs: chains, each shape (N, 2). lines: shape (M, 2, 2), among which the leaves are looked for. turns: of the arcs,
+    degrees.
 
     A leaf is a line from the middle of the quarter circle to one of its ends: arcs of furniture have none.
     """
-    swings = [swing for swing in map(_swing_of_chain, arcs[:MAX_ARCS]) if swing]
+    swings = [swing for arc in arcs if (swing := _swing_of_chain(arc, turns))]
     lengths = np.hypot(*(lines[:, 1] - lines[:, 0]).T)
     # Most lines of many doors are chords of arcs, which are too short for a leaf.
     lines = lines[lengths > min((swing.radius for swing in swings), default=np.inf) / 2]
@@ -445,8 +481,8 @@ def _longest_direction(chains: Sequence[Floats]) -> Floats:
     return np.asarray(longest / np.hypot(*longest)) if longest.any() else np.array([1.0, 0.0])
 
 
-def _swing_of_chain(chain: Floats) -> _Swing | None:
-    """The swing of a chain that is an arc: on a circle, in small steps one way, about a quarter turn; else None."""
+def _swing_of_chain(chain: Floats, arc_range: tuple[float, float] = _ARC_RANGE) -> _Swing | None:
+    """The swing of a chain that is an arc: on a circle, in small steps one way, by degrees in a range; else None."""
     size = np.ptp(chain, axis=0).max()
     if len(chain) < _MIN_ARC_POINTS or size == 0:
         return None
@@ -459,7 +495,7 @@ def _swing_of_chain(chain: Floats) -> _Swing | None:
         return None
     cross = spokes[:-1, 0] * spokes[1:, 1] - spokes[:-1, 1] * spokes[1:, 0]
     turns = np.degrees(np.arctan2(cross, (spokes[:-1] * spokes[1:]).sum(axis=1)))
-    total, least, most = abs(turns.sum()), *_ARC_RANGE
+    total, least, most = abs(turns.sum()), *arc_range
     if np.abs(turns).max() > _MAX_ARC_STEP or np.abs(turns).sum() - total > _MAX_ARC_REVERSAL:
         return None
     if not least < total < most:

@@ -17,6 +17,7 @@ from pianta.io._files import one_line_reason, short_repr
 from pianta.io.drawings._drawing import DrawnStamp, DrawnText, LayerChoice, PlanDrawing, Role
 from pianta.io.drawings._layers import (
     DARK,
+    MAX_ARCS,
     DrawnPieces,
     bezier_points,
     chains_of_steps,
@@ -348,7 +349,7 @@ class _Reader:
         if not self.arcs or self.choice.doors:
             return []
         lines = np.concatenate([_lines_of_chain(chain) for chain in self.pieces.chains])
-        return [door for door in jambs_of_leaves(self.arcs, lines) if self._is_as_wide_as_doors(door)]
+        return [door for door in jambs_of_leaves(self.arcs[:MAX_ARCS], lines) if self._is_as_wide_as_doors(door)]
 
     def _is_frozen(self, layer: str) -> bool:
         return layer in self.document.layers and self.document.layers.get(layer).is_frozen()

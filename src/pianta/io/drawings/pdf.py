@@ -31,6 +31,7 @@ from pianta.io.drawings._layers import (
     check_plan_file,
     damage_as_plan_error,
     is_poche,
+    jambs_of_wedges,
     luminance,
     plan_error,
     require_library,
@@ -50,6 +51,7 @@ MAX_SECONDS = 20  # of the processor
 MAX_MEMORY = 2 * 2**30  # bytes
 NO_MEMORY = 3  # exit code of the child process
 _CLOCK_FACTOR = 10  # of MAX_SECONDS by the clock; on a busy machine the processor's seconds take longer
+_COUNT = "count"  # asks the child for the number of pages
 _CHILD = "import json, sys; sys.path[:] = json.loads(sys.argv[1]); from pianta.io.drawings.pdf import answer_parent; "
 _CHILD += "answer_parent(*sys.argv[2:])"
 
@@ -78,7 +80,8 @@ def read_pdf_plan(path: str | Path, *, page: int | None = None) -> PlanDrawing |
 
     page: its number from 1; may be left out if there is only one.
 
-    A drawing is in points of the displayed page, y up. Its lines all have the role "other", because a PDF has no names;
+    A drawing is in points of the displayed page, y up. Its lines all have the role "other", because a PDF has no names,
+    and its doors are those of leaves with their arcs;
     metres per unit come from a scale such as 1:100 in its texts, if they agree on one.
     A picture has shape (H, W, 3), red, green, blue, at most 300 dots an inch and MAX_SIDE_PX along its longer side.
 
@@ -87,8 +90,19 @@ def read_pdf_plan(path: str | Path, *, page: int | None = None) -> PlanDrawing |
     needs more than MAX_SECONDS of the processor or MAX_MEMORY bytes.
     """
     file = check_plan_file(path, max_bytes=MAX_FILE_BYTES)
+    return _unpack(_ask_child(file, "" if page is None else str(page)), file)
+
+
+def count_pdf_pages(path: str | Path) -> int:
+    """The number of pages of a PDF; raises PlanError as read_pdf_plan."""
+    file = check_plan_file(path, max_bytes=MAX_FILE_BYTES)
+    return int(_ask_child(file, _COUNT)["count"])
+
+
+def _ask_child(file: Path, page: str) -> dict[str, NDArray[Any]]:
+    """What answer_parent writes in a child process; PlanError if it is an error."""
     require_library(file, "pypdfium2", "a PDF", "pdf")
-    arguments = [json.dumps(sys.path), file, "" if page is None else page, MAX_SECONDS, MAX_MEMORY]
+    arguments = [json.dumps(sys.path), file, page, MAX_SECONDS, MAX_MEMORY]
     one_thread = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
     try:
         child = subprocess.run(  # noqa: S603  # pianta itself, isolated from modules in the working folder
@@ -110,7 +124,9 @@ def read_pdf_plan(path: str | Path, *, page: int | None = None) -> PlanDrawing |
     except (OSError, ValueError, EOFError):
         messages = child.stderr.decode(errors="replace").strip().splitlines() or ["no message"]
         raise plan_error(file, f"cannot be read in a child process: {messages[-1]}") from None
-    return _unpack(packed, file)
+    if "error" in packed:
+        raise PlanError(str(packed["error"]))
+    return packed
 
 
 def _too_large(file: Path) -> PlanError:
@@ -119,7 +135,10 @@ def _too_large(file: Path) -> PlanError:
 
 
 def answer_parent(path: str, page: str, seconds: str, memory: str) -> None:
-    """In the child process: limit it, read a page, and write the packed page or the error to its output."""
+    """In the child process: limit it, read a page, and write the packed page or the error to its output.
+
+    page: its number from 1, "" for the only one; or "count" for how many there are.
+    """
     with suppress(ImportError, OSError, ValueError):  # on Windows, and if the limits are lower already
         import resource
 
@@ -128,7 +147,11 @@ def answer_parent(path: str, page: str, seconds: str, memory: str) -> None:
         resource.setrlimit(resource.RLIMIT_AS, (int(memory), int(memory)))
     answer = BytesIO()
     try:
-        np.savez(answer, **_pack(read_document(Path(path), page=int(page) if page else None)))
+        if page == _COUNT:
+            with closing(_open_document(Path(path))) as document:
+                np.savez(answer, count=np.array(len(document)))
+        else:
+            np.savez(answer, **_pack(read_document(Path(path), page=int(page) if page else None)))
     except PlanError as error:
         np.savez(answer, error=np.array(str(error)))
     except MemoryError:
@@ -144,6 +167,7 @@ def _pack(page: PlanDrawing | Colors) -> dict[str, Any]:
         "lines": page.lines,
         "roles": page.roles,
         "widths": page.widths,
+        "unnamed_doors": page.unnamed_doors,
         "corners": np.concatenate([np.zeros((0, 2)), *page.fills]),
         "ends": np.cumsum([len(outline) for outline in page.fills], dtype=np.intp),
         "texts": np.array(json.dumps([asdict(text) for text in page.texts])),
@@ -152,9 +176,7 @@ def _pack(page: PlanDrawing | Colors) -> dict[str, Any]:
 
 
 def _unpack(packed: Mapping[str, NDArray[Any]], file: Path) -> PlanDrawing | Colors:
-    """The page from the arrays of `_pack`; PlanError if they hold an error instead."""
-    if "error" in packed:
-        raise PlanError(str(packed["error"]))
+    """The page from the arrays of `_pack`."""
     if "colors" in packed:
         return packed["colors"]
     metres = float(packed["metres_per_unit"])
@@ -162,6 +184,7 @@ def _unpack(packed: Mapping[str, NDArray[Any]], file: Path) -> PlanDrawing | Col
         packed["lines"],
         packed["roles"],
         packed["widths"],
+        unnamed_doors=packed["unnamed_doors"],
         fills=tuple(np.split(packed["corners"], packed["ends"][:-1]) if len(packed["ends"]) else ()),
         texts=tuple(DrawnText(**text) for text in json.loads(str(packed["texts"]))),
         metres_per_unit=None if np.isnan(metres) else metres,
@@ -209,7 +232,12 @@ def _read_page(page: PdfPage, file: Path) -> PlanDrawing | Colors:
         return _render_page(page)
     reader.read_texts(page.get_textpage())
     scale = find_written_scale([text.text for text in reader.pieces.texts])
-    return reader.pieces.drawing((), metres_per_unit=scale and scale * METRES_PER_POINT, is_on_paper=True)
+    return reader.pieces.drawing(
+        (),
+        unnamed_doors=jambs_of_wedges(reader.pieces.chains),
+        metres_per_unit=scale and scale * METRES_PER_POINT,
+        is_on_paper=True,
+    )
 
 
 def _render_page(page: PdfPage) -> Colors:
@@ -286,11 +314,11 @@ class _Reader:
         key = form, b" ".join(ring.tobytes() for path in paths for ring in path)
         if key not in self.clips:
             matrix = self.form_matrices.get(form, np.eye(2, 3))
-            placed = [[self._place(ring, matrix) for ring in path] for path in paths]
+            placed = [[self._to_displayed(ring, matrix) for ring in path] for path in paths]
             self.clips[key] = join_clips(self.form_clips.get(form), map(area_of_rings, placed))
         return self.clips[key]
 
-    def _place(self, points: Floats, matrix: Floats) -> Floats:
+    def _to_displayed(self, points: Floats, matrix: Floats) -> Floats:
         """Points, shape (N, 2), in the displayed page; matrix: as of _matrix_of."""
         return np.asarray((points @ matrix[:, :2].T + matrix[:, 2]) @ self.rotation.T)
 
@@ -310,7 +338,7 @@ class _Reader:
         if self.pieces.lines + raw.FPDFPath_CountSegments(item) > MAX_LINES:
             raise plan_error(self.pieces.file, f"has more than {MAX_LINES} lines, give one floor")
         segments = (raw.FPDFPath_GetPathSegment(item, index) for index in range(raw.FPDFPath_CountSegments(item)))
-        rings = [self._place(ring, matrix) for ring in _rings_of_segments(segments)]
+        rings = [self._to_displayed(ring, matrix) for ring in _rings_of_segments(segments)]
         clip = self._clip_of(item)
         if filled:
             self.pieces.add_clipped_fill(rings, "other", clip)

@@ -29,6 +29,7 @@ from pianta.io.drawings._layers import (
     check_plan_file,
     is_poche,
     jambs_of_symbol,
+    jambs_of_wedges,
     luminance,
     plan_error,
     require_library,
@@ -70,9 +71,10 @@ def read_svg_plan(path: str | Path) -> PlanDrawing:
 
     Transforms of groups, `use`, symbols and nested viewports are applied; hidden shapes and white ones are left out.
     Ids, classes and Inkscape's labels of a shape and the groups around it give its role; shapes of doors that touch are
-    one door, from jamb to jamb by its quarter circle, else by the longer side of its box. Only filled areas that are
-    dark or walls are kept. Shapes and texts are clipped by clip paths in user space. Closed shapes that are named rooms
-    become outlines, with the rest of their names for a stamp where no text stands in them.
+    one door, from jamb to jamb by its quarter circle, else by the longer side of its box; without any, leaves with
+    their arcs are the unnamed doors. Only filled areas that are dark or walls are kept. Shapes and texts are clipped by
+    clip paths in user space. Closed shapes that are named rooms become outlines, with the rest of their names for a
+    stamp where no text stands in them.
 
     Width and height of an SVG are those of the paper, so metres per unit are unknown unless its root element has an
     attribute data-metres-per-unit. Masks, markers, scripts, style sheets with combined selectors, and clips within clip
@@ -97,7 +99,9 @@ def read_svg_plan(path: str | Path) -> PlanDrawing:
     if not reader.pieces.lines and not reader.pieces.fills:
         raise plan_error(file, "draws no lines, give a drawn plan, or a picture as PNG")
     reader.rooms.add_to(reader.pieces)
-    return reader.pieces.drawing(reader.doors(), metres_per_unit=metres, is_on_paper=True)
+    doors = reader.doors()
+    unnamed = [] if doors else jambs_of_wedges(reader.pieces.chains)
+    return reader.pieces.drawing(doors, unnamed_doors=unnamed, metres_per_unit=metres, is_on_paper=True)
 
 
 class _Parser(ElementTree.DefusedXMLParser):  # type: ignore[misc]  # of a library without types
@@ -177,7 +181,7 @@ class _Surroundings:
         """The surroundings after another matrix, shape (2, 3)."""
         return replace(self, matrix=self.matrix @ _square(matrix))
 
-    def place(self, chain: Floats) -> Floats:
+    def transform(self, chain: Floats) -> Floats:
         """Points of an element, shape (N, 2), in coordinates of the drawing."""
         return np.asarray(chain @ self.matrix[:, :2].T + self.matrix[:, 2])
 
@@ -258,7 +262,7 @@ class _Reader:
     def _chains_of_leaf(self, element: Element, tag: str, within: _Surroundings) -> list[Floats]:
         """The lines of a shape in coordinates of the drawing; none, counted in left_out, if it is damaged."""
         try:
-            return [within.place(chain) for chain in _chains_of_shape(element, tag)]
+            return [within.transform(chain) for chain in _chains_of_shape(element, tag)]
         except Exception:  # svgelements raises various exceptions for damaged paths
             self.left_out["damaged shape"] += 1
             return []
@@ -294,7 +298,7 @@ class _Reader:
         width = len(text) / max(1, len(points)) * _LETTER_WIDTH * size
         x, y = np.nan_to_num(points).mean(axis=0)
         x += width * {"middle": 0.0, "end": -0.5}.get(style.get("text-anchor", ""), 0.5)
-        middle = within.place(np.array([[x, y - size * _CAPITAL_HEIGHT / 2]]))[0]
+        middle = within.transform(np.array([[x, y - size * _CAPITAL_HEIGHT / 2]]))[0]
         if within.clip is not None and not shapely.intersects_xy(within.clip, *middle):
             return
         along, up = matrix[:, 0], matrix[:, 1]

@@ -62,9 +62,9 @@ def find_doors(
 ) -> PlanDoors:
     """The doors of a sheet by all evidence.
 
-    named: shape (N, 2, 2), doors that the file names. If several kinds of evidence find the same door, the first of
-    these counts: the file; the swings if many have one radius; symbols, then other swings, where the network finds a
-    door possible; the network alone, which does not know the jambs.
+    named: shape (N, 2, 2), doors that the file names or draws. If several kinds of evidence find the same door, the
+    first of these counts: the file; the swings if many have one radius; symbols, then other swings, where the network
+    finds a door possible; the network alone, which does not know the jambs.
     """
     certain = _swings_of_usual_width(swings)
     candidates = [(line, line, False) for line in named]

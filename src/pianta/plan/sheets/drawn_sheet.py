@@ -14,6 +14,7 @@ from pianta.io._files import short_repr
 from pianta.io.drawings._drawing import ROLES, DrawnText, PlanDrawing
 from pianta.plan.sheets.hatches import find_hatches
 from pianta.plan.sheets.sheet import DOOR_WIDTH, PlacedText, Sheet
+from pianta.plan.sheets.wall_strokes import find_wall_strokes
 
 DOOR_PX = 32  # pixels of a door; the network has 8 cells a door, so a cell is 4 pixels
 LONGEST_PX = 4000  # pixels of the longer side, at most
@@ -21,6 +22,7 @@ MARGIN_PX = 24  # pixels of paper around the drawing
 LINE_PX = 2  # pixels of the thinnest line
 UNSCALED_SHARE = 0.5  # of LONGEST_PX, for a drawing without units and doors
 
+MIN_UNNAMED_DOORS = 3
 _GAP_SHARE = 0.5  # of the extent: what lies beyond a wider empty stretch is no part of the plan
 _MAX_CUTS = 20  # empty stretches cut off along each axis
 _POINT = 1e-9  # drawing units: a smaller drawing is a point
@@ -35,10 +37,11 @@ def draw_sheet(drawing: PlanDrawing, *, longest_px: int = LONGEST_PX) -> Sheet:
     longest_px: pixels of the longer side, at most.
 
     With units, a door of 0.9 m is DOOR_PX pixels wide; without units but with doors, the median door is; with neither,
-    the longer side has half of longest_px. Lines are at least LINE_PX wide, without grey. The walls are the lines that
-    the drawing names walls and its filled areas, None if it names no walls. Texts are placed and not drawn; a drawing
-    without texts may have letters of lines, so the sheet has None. Hatches are left out, and what lies beyond an empty
-    stretch that is wider than half of the extent.
+    the longer side has half of longest_px, or more if leaves with their arcs ask for it. Lines are at least LINE_PX
+    wide, without grey. The walls are the lines that the drawing names walls, else those with much thicker strokes, and
+    its filled areas; None without such lines. Texts are placed and not drawn; a drawing without texts may have letters
+    of lines, so the sheet has None. Hatches are left out, and what lies beyond an empty stretch that is wider than half
+    of the extent.
 
     Raises OptionError if longest_px leaves no room within the margin, PlanError if nothing is drawn.
     """
@@ -46,16 +49,20 @@ def draw_sheet(drawing: PlanDrawing, *, longest_px: int = LONGEST_PX) -> Sheet:
         raise OptionError(f"longest_px is {longest_px}, give at least {4 * MARGIN_PX}")
     low, high = _extent(drawing)
     frame = _Frame(low, high, _px_per_unit(drawing, high - low, longest_px))
-    middles = drawing.doors.mean(axis=1)
-    doors = drawing.doors[((middles >= low) & (middles <= high)).all(axis=1)]
+    doors, unnamed = (
+        each[((each.mean(axis=1) >= low) & (each.mean(axis=1) <= high)).all(axis=1)]
+        for each in (drawing.doors, drawing.unnamed_doors)
+    )
     texts = tuple(_place_text(text, frame) for text in drawing.texts if frame.holds(text.x, text.y))
-    fills, is_wall = _draw_fills(drawing, frame), drawing.roles == ROLES.index("wall")
-    is_drawn = (drawing.roles != ROLES.index("other")) | ~find_hatches(drawing.lines, drawing.widths)
-    ink = _draw_lines(drawing, is_drawn, frame) | fills
+    fills = _draw_fills(drawing, frame)
+    is_hatch = (drawing.roles == ROLES.index("other")) & find_hatches(drawing.lines, drawing.widths)
+    is_wall = _find_walls(drawing, is_hatch)
+    ink = _draw_lines(drawing, ~is_hatch, frame) | fills
     return Sheet(
         colors=np.where(ink[:, :, None], np.uint8(0), np.uint8(255)).repeat(3, axis=2),
         walls=_draw_lines(drawing, is_wall, frame) | fills if is_wall.any() else None,
         doors=frame.to_pixels(doors),
+        unnamed_doors=frame.to_pixels(unnamed),
         texts=texts or None,
         resolution=drawing.metres_per_unit and drawing.metres_per_unit / frame.px_per_unit,
         px_per_unit=frame.px_per_unit,
@@ -93,6 +100,14 @@ class _Frame:
         """Points x, y for OpenCV: col, row, from the centre of the first pixel, in 2**-_SUBPIXEL_BITS pixels."""
         pixels = np.clip(self.to_pixels(points), -1e5, 1e5)
         return np.asarray(np.round((pixels[..., ::-1] - 0.5) * 2**_SUBPIXEL_BITS), np.int32)
+
+
+def _find_walls(drawing: PlanDrawing, is_hatch: Mask) -> Mask:
+    """The lines of walls: those that the file names, else those with much thicker strokes, shape (N,)."""
+    is_wall = drawing.roles == ROLES.index("wall")
+    if not is_wall.any():
+        is_wall[~is_hatch] = find_wall_strokes(drawing.lines[~is_hatch], drawing.widths[~is_hatch])
+    return np.asarray(is_wall)
 
 
 def _extent(drawing: PlanDrawing) -> tuple[Floats, Floats]:
@@ -135,10 +150,19 @@ def _px_per_unit(drawing: PlanDrawing, size: Floats, longest_px: int) -> float:
     if not longest > _POINT:
         raise PlanError(f"plan {short_repr(drawing.source)} draws a single point, give one with walls")
     fitting = (longest_px - 2 * MARGIN_PX - 1) / longest
-    door = float(np.median(np.linalg.norm(np.diff(drawing.doors, axis=1), axis=2))) if len(drawing.doors) else 0.0
     if drawing.metres_per_unit is not None:
-        door = DOOR_WIDTH / drawing.metres_per_unit
-    return min(fitting, DOOR_PX / door if door > 0 else fitting * UNSCALED_SHARE)
+        return min(fitting, DOOR_PX * drawing.metres_per_unit / DOOR_WIDTH)
+    named, unnamed = _median_width(drawing.doors), _median_width(drawing.unnamed_doors)
+    if named > 0:
+        return min(fitting, DOOR_PX / named)
+    # A few arcs may be furniture, so what leaves say never makes the sheet coarser
+    finer = DOOR_PX / unnamed if unnamed > 0 and len(drawing.unnamed_doors) >= MIN_UNNAMED_DOORS else 0.0
+    return min(fitting, max(finer, fitting * UNSCALED_SHARE))
+
+
+def _median_width(doors: Floats) -> float:
+    """Drawing units; 0 without doors."""
+    return float(np.median(np.linalg.norm(np.diff(doors, axis=1), axis=2))) if len(doors) else 0.0
 
 
 def _draw_lines(drawing: PlanDrawing, chosen: Mask, frame: _Frame) -> Mask:

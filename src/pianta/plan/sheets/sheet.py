@@ -86,7 +86,23 @@ class PlanScale:
         return self.is_look or self.area_factor >= ROUGH_AREA_FACTOR
 
     def scaled(self, factor: float) -> PlanScale:
-        """The same scale for pixels that are larger by a factor."""
+        """Change the pixels and keep the scale.
+
+        Parameters
+        ----------
+        factor
+            By which the new pixels are larger.
+
+        Returns
+        -------
+        PlanScale
+            Metres per new pixel, with the same source.
+
+        Examples
+        --------
+        >>> PlanScale(0.02, "the units of the file", 0.95, (0.018, 0.022)).scaled(2.0).interval
+        (0.036, 0.044)
+        """
         ends = (each and (each[0] * factor, each[1] * factor) for each in (self.interval, self.wide_interval))
         interval, wide_interval = ends
         return replace(self, resolution=self.resolution * factor, interval=interval, wide_interval=wide_interval)
@@ -144,6 +160,7 @@ class Sheet:
 
     colors: shape (H, W, 3), red, green, blue. walls: shape (H, W), what the file names wall; None for pictures.
     doors: shape (D, 2, 2), from jamb to jamb, row and col in continuous pixels, of doors that the file names.
+    unnamed_doors: the same, of leaves with their arcs that the file draws.
     texts: None if they must be read from the pixels. resolution: metres per pixel, None if the file does not state it.
     px_per_unit: pixels per unit of the file, 1 for a picture. px_per_inch: of a picture, None if its file does not say.
     source: the name of the file.
@@ -152,6 +169,7 @@ class Sheet:
     colors: Colors
     walls: Mask | None = None
     doors: Floats = field(default_factory=lambda: np.zeros((0, 2, 2)))
+    unnamed_doors: Floats = field(default_factory=lambda: np.zeros((0, 2, 2)))
     texts: tuple[PlacedText, ...] | None = None
     resolution: float | None = None
     px_per_unit: float = 1.0
