@@ -100,6 +100,7 @@ class PlanScale:
 
         Examples
         --------
+        >>> from pianta.plan.sheets.sheet import PlanScale
         >>> PlanScale(0.02, "the units of the file", 0.95, (0.018, 0.022)).scaled(2.0).interval
         (0.036, 0.044)
         """
