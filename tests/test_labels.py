@@ -222,7 +222,7 @@ def test_schemas_are_found_by_building_type():
     assert schema_of("SCHOOL") is SCHOOL
     assert schema_of(" office ") is OFFICE
     assert (schema_of("House"), schema_of("hospital")) == (HOUSE, HOSPITAL)
-    with pytest.raises(LabelError, match=r"inn.*school, office, house, hospital"):
+    with pytest.raises(LabelError, match=r"inn.*school, office, house, home, hospital"):
         schema_of("inn")
 
 

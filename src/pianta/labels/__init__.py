@@ -17,12 +17,13 @@ from pianta.labels._hierarchy import (
     standard_color,
     standard_name,
 )
-from pianta.labels._schemas import ALL_SCHEMAS, FCES_COLORS, HOSPITAL, HOUSE, OFFICE, SCHEMAS, SCHOOL, schema_of
+from pianta.labels._schemas import ALL_SCHEMAS, FCES_COLORS, HOME, HOSPITAL, HOUSE, OFFICE, SCHEMAS, SCHOOL, schema_of
 
 __all__ = [
     "ALL_SCHEMAS",
     "FCES",
     "FCES_COLORS",
+    "HOME",
     "HOSPITAL",
     "HOUSE",
     "MAX_NAME_LENGTH",

@@ -112,6 +112,9 @@ HOUSE = LabelSchema(
     ),
 )
 
+# Houses and flats: names of rooms show a home, and not which of both
+HOME = LabelSchema("home", HOUSE.labels)
+
 HOSPITAL = LabelSchema(
     "hospital",
     (
@@ -159,7 +162,7 @@ FCES_COLORS = MappingProxyType({_F: "#1bddf2", _C: "#f28705", _E: "#268080", _S:
 
 # Those of the thesis, whose buildings the included models have learned from; and all.
 SCHEMAS = MappingProxyType({schema.building_type: schema for schema in (SCHOOL, OFFICE)})
-ALL_SCHEMAS = MappingProxyType({**SCHEMAS, **{schema.building_type: schema for schema in (HOUSE, HOSPITAL)}})
+ALL_SCHEMAS = MappingProxyType({**SCHEMAS, **{schema.building_type: schema for schema in (HOUSE, HOME, HOSPITAL)}})
 
 
 def schema_of(building_type: str) -> LabelSchema:

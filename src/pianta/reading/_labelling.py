@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from pianta._arguments import check_argument
 from pianta.errors import LabelError, OptionError
 from pianta.floor import Floor, Room
-from pianta.labels import FCES, RC, SCHEMAS, LabelSchema, LabelSet, standard_building_type
+from pianta.labels import FCES, HOME, RC, SCHEMAS, LabelSchema, LabelSet, standard_building_type
 
 if TYPE_CHECKING:
     from pianta.building_types.model import BuildingTypeModel
@@ -66,9 +66,10 @@ class Labelling:
         check_argument(rooms, RoomModel, "room_model", "a RoomModel or its file")
         if building_type is not None:
             building_type = check_type_name(building_type)
-            if building_type not in rooms.building_types:
-                types = ", ".join(rooms.building_types)
-                raise OptionError(f"the model knows no building type {building_type!r}, give one of {types}")
+            types = (*rooms.building_types, HOME.building_type)
+            if building_type not in types:
+                listed = ", ".join(dict.fromkeys(types))
+                raise OptionError(f"the model knows no building type {building_type!r}, give one of {listed}")
         buildings = read_default_building_type_model() if building_model is None else building_model
         buildings = read_building_type_model(buildings) if isinstance(buildings, str | Path) else buildings
         check_argument(buildings, BuildingTypeModel, "building_model", "a BuildingTypeModel or its file")
@@ -79,7 +80,7 @@ class Labelling:
     @property
     def schemas(self) -> Mapping[str, LabelSchema]:
         """The label schemas of pianta and those of the room model, by building type."""
-        return {**SCHEMAS, **self.rooms.schemas}
+        return {**SCHEMAS, HOME.building_type: HOME, **self.rooms.schemas}
 
     @property
     def predicted_types(self) -> tuple[str, ...]:
@@ -92,10 +93,12 @@ class Labelling:
         If the floor has a type, that type stays and rooms get its labels. A predicted type gives no labels to rooms:
         a wrong one would give all of them wrong names. If the building is of no known type, labels of F/C/E/S, which
         are those of schools and offices, are left out unless `label_unknown`, or a name says what the room is for.
+        A home is known by the names of its rooms, and they get the labels of homes.
         """
         from pianta.building_types.classify import classify_building
         from pianta.rooms.completion import fill_missing_labels
         from pianta.rooms.from_names import label_named_rooms
+        from pianta.rooms.home import read_home_names
         from pianta.rooms.model import has_manual_label, keep_manual_label
 
         predicted = label_named_rooms(floor, self.rooms, self.words).rooms
@@ -103,7 +106,10 @@ class Labelling:
         rooms: tuple[Room, ...] = tuple(old if old.label else new for old, new in zip(manual, predicted, strict=True))
         labelled = replace(floor, rooms=rooms)
         if floor.building_type:
-            return labelled
+            return self._label_home(labelled) if self._is_home(floor) else labelled
+        home = read_home_names(floor, self.words).probability
+        if home and not self.has_own_types and HOME.building_type not in self.rooms.building_types:
+            return self._label_home(replace(labelled, building_type={HOME.building_type: home}))
         if self.has_own_types or all(map(has_manual_label, labelled.rooms)):
             # A manual label that no schema has is replaced by the predicted one.
             described = fill_missing_labels(
@@ -128,10 +134,26 @@ class Labelling:
         if not all(room.label is None or room.label in own for room in compress(floor, is_predicted)):
             return floor
         labelled = label_named_rooms(floor, self.rooms, self.words)
-        if not (floor.building_type or self.label_unknown):
+        if self._is_home(floor):
+            labelled = self._label_home(labelled)
+        elif not (floor.building_type or self.label_unknown):
             labelled = self._keep_reliable_labels(labelled)
         pairs = zip(floor, labelled, is_predicted, strict=True)
         return replace(floor, rooms=tuple(new if predicted else old for old, new, predicted in pairs))
+
+    def _is_home(self, floor: Floor) -> bool:
+        """Whether the type of a floor is home, of which the model of rooms knows nothing."""
+        is_home = next(iter(floor.building_type), None) == HOME.building_type
+        return is_home and HOME.building_type not in self.rooms.building_types
+
+    def _label_home(self, floor: Floor) -> Floor:
+        """The floor of a home with labels of homes where names give them, and of R/C for the others."""
+        from pianta.rooms.home import label_home, read_home_names
+        from pianta.rooms.model import has_manual_label
+
+        names = read_home_names(floor, self.words)
+        coarse = tuple(room if has_manual_label(room) else _keep_coarse_label(room) for room in floor.rooms)
+        return label_home(replace(floor, rooms=coarse), names)
 
     def _keep_reliable_labels(self, floor: Floor) -> Floor:
         """The floor of a building of no known type, with the labels that do not depend on the type."""
@@ -181,6 +203,8 @@ def describe_type(floor: Floor, candidate_types: Sequence[str]) -> str:
     if floor.given_type:
         return f"{floor.building_types[0]}, as given by a user"
     first, *others = (f"{name} {floor.building_type[name]:.2f}" for name in floor.building_types)
+    if HOME.building_type in floor.building_type and HOME.building_type not in candidate_types:
+        return f"{first}, by the names of its rooms"
     neither = 1 - sum(floor.building_type.values())
     if neither >= MIN_SHOWN_PROBABILITY:
         others.append(f"{'neither' if len(candidate_types) == 2 else 'none of these'} {neither:.2f}")

@@ -229,7 +229,7 @@ def _list_entry_labels(entry: RoomNameEntry, labels: LabelSchema | None) -> list
 @cache
 def read_default_room_name_dictionary() -> RoomNameDictionary:
     """The dictionary that comes with pianta: English, Italian, German, French, Spanish and Portuguese."""
-    return _parse(Path(__file__).with_name("name_dictionary.json").read_bytes())
+    return parse_dictionary(Path(__file__).with_name("name_dictionary.json").read_bytes())
 
 
 def read_room_name_dictionary(path: str | Path) -> RoomNameDictionary:
@@ -237,7 +237,7 @@ def read_room_name_dictionary(path: str | Path) -> RoomNameDictionary:
 
     Raises LabelError, with every fault in one message, for a file that is no dictionary.
     """
-    words = read_checked(path, "room words", LabelError, _parse, max_bytes=MAX_FILE_BYTES)
+    words = read_checked(path, "room words", LabelError, parse_dictionary, max_bytes=MAX_FILE_BYTES)
     return read_default_room_name_dictionary().extended(words)
 
 
@@ -250,6 +250,7 @@ class _File(BaseModel):
 
 
 @validation_as(LabelError)
-def _parse(content: bytes) -> RoomNameDictionary:
+def parse_dictionary(content: bytes) -> RoomNameDictionary:
+    """The dictionary of the content of a file; raises LabelError, with every fault in one message."""
     FORMAT.check_version(content, LabelError)
     return RoomNameDictionary(_File.model_validate_json(content).kinds)

@@ -1,0 +1,117 @@
+"""Homes, by the names of their rooms: that a floor is one, and what its named rooms are for.
+
+The thesis knows schools and offices, where a hall, a study and a store are other rooms than in a home. Therefore homes
+have words of their own, home_names.json, in the format of name_dictionary.json.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cache, cached_property
+from pathlib import Path
+
+from pianta.floor import Floor, Room
+from pianta.labels import FCES, HOME, RC, LabelSet
+from pianta.rooms.name_dictionary import (
+    P_OTHER_FUZZY_MATCH,
+    RoomNameDictionary,
+    match_phrase,
+    parse_dictionary,
+    read_default_room_name_dictionary,
+    room_name_prior,
+)
+
+# Labels that hardly any other building has; the others support them.
+HOME_LABELS = frozenset({"LIVING ROOM", "DINING ROOM", "BEDROOM", "CHILD ROOM", "GUEST ROOM"})
+SUPPORTING_LABELS = frozenset({"KITCHEN", "BATHROOM", "TOILET", "BALCONY", "LAUNDRY", "GARAGE", "TERRACE", "WARDROBE"})
+# Chosen by hand:
+P_NAME_ELSEWHERE = 0.3  # of another building to have a room with a name of a home, for each such room
+SUPPORTING_WEIGHT = 0.5  # of a supporting room, in rooms of a home
+MIN_PROBABILITY = 0.8  # of a home
+MAX_OTHER_SHARE = 0.4  # of the named rooms that have names of schools and offices, and none of homes
+
+
+@dataclass(frozen=True, eq=False)
+class HomeNames:
+    """What the names of a floor's rooms say if it is a home.
+
+    labels: room id -> probabilities of the labels of HOME, for the rooms whose names have a word of a home.
+    certain: ids of those whose words are not merely similar. others: ids of rooms with words of other buildings alone.
+    """
+
+    labels: Mapping[int, Mapping[str, float]]
+    certain: frozenset[int]
+    others: frozenset[int]
+
+    @cached_property
+    def probability(self) -> float:
+        """Probability that the floor is a home; 0 if too little speaks for it."""
+        best = [max(self.labels[room], key=lambda name: self.labels[room][name]) for room in self.certain]
+        own = sum(label in HOME_LABELS for label in best)
+        supporting = sum(label in SUPPORTING_LABELS for label in best)
+        probability = 1 - P_NAME_ELSEWHERE ** (own + SUPPORTING_WEIGHT * min(supporting, own))
+        named = len(self.certain) + len(self.others)
+        is_home = own > 0 and len(self.others) <= MAX_OTHER_SHARE * named and probability >= MIN_PROBABILITY
+        return probability if is_home else 0.0
+
+
+def read_home_names(floor: Floor, words: RoomNameDictionary | None = None) -> HomeNames:
+    """What the names of a floor's rooms say about a home; words: the user's, which count before those of pianta."""
+    home = _read_home_dictionary()
+    elsewhere = words or read_default_room_name_dictionary()
+    labels, certain, others = {}, set(), set()
+    for room in floor:
+        match = match_phrase(room.name, home) if room.name else None
+        if match is not None and (prior := room_name_prior(room.name or "", HOME, home)):
+            labels[room.id] = prior
+            if match.p_other < P_OTHER_FUZZY_MATCH:
+                certain.add(room.id)
+        elif room.name and match_phrase(room.name, elsewhere) is not None:
+            others.add(room.id)
+    return HomeNames(labels, frozenset(certain), frozenset(others))
+
+
+def label_home(floor: Floor, names: HomeNames) -> Floor:
+    """The floor with labels of a home for the rooms whose names give them; the others stay as they are.
+
+    Rooms with a label that a person has given keep it.
+    """
+    from pianta.rooms.model import has_manual_label
+
+    return replace(
+        floor,
+        rooms=tuple(
+            _label_room(room, names.labels[room.id]) if room.id in names.labels and not has_manual_label(room) else room
+            for room in floor.rooms
+        ),
+    )
+
+
+def _label_room(room: Room, probabilities: Mapping[str, float]) -> Room:
+    """The room with its labels from the coarsest set down, by the probabilities of the labels of HOME."""
+    label = max(probabilities, key=lambda name: probabilities[name])
+    functions = dict.fromkeys(map(str, FCES), 0.0)
+    for name, probability in probabilities.items():
+        functions[str(HOME.by_name[name].function_in())] += probability
+    corridor = functions[str(FCES.CONNECTION)]
+    own = HOME.by_name[label]
+    return replace(
+        room,
+        label=label,
+        labels={
+            str(LabelSet.R_C): str(own.room_or_corridor()),
+            str(LabelSet.F_C_E_S): str(own.function_in()),
+            HOME.building_type: label,
+        },
+        label_probabilities={
+            str(LabelSet.R_C): {str(RC.ROOM): 1 - corridor, str(RC.CORRIDOR): corridor},
+            str(LabelSet.F_C_E_S): functions,
+            HOME.building_type: dict(probabilities),
+        },
+    )
+
+
+@cache
+def _read_home_dictionary() -> RoomNameDictionary:
+    return parse_dictionary(Path(__file__).with_name("home_names.json").read_bytes())

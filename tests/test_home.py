@@ -1,0 +1,114 @@
+"""Homes are known by the names of their rooms, in six languages, and the rooms get the labels of homes."""
+
+import json
+from pathlib import Path
+
+import pytest
+from shapely import box
+
+import pianta
+from pianta.floor import Floor, Room
+from pianta.labels import HOME, LabelSet
+from pianta.reading._labelling import Labelling, describe_type
+from pianta.rooms import home
+from pianta.rooms.home import label_home, read_home_names
+
+
+def floor(*names: str | None) -> Floor:
+    """Rooms of 4 × 3 m in a row."""
+    return Floor(tuple(Room(k, box(4 * k, 0, 4 * k + 4, 3), name=name) for k, name in enumerate(names, start=1)))
+
+
+def label(*names: str | None, building_type: str | None = None) -> Floor:
+    types = {building_type: 1.0} if building_type else {}
+    return Labelling.make(None, None, None, building_type).label(Floor(floor(*names).rooms, building_type=types))
+
+
+@pytest.mark.parametrize(
+    ("names", "labels"),
+    [
+        (("Living", "Bedroom 2", "Bath", "Hall", "PNTR"), ("LIVING ROOM", "BEDROOM", "BATHROOM", "HALL", "STORAGE")),
+        (
+            ("Wohnen", "Schlafen", "Küche", "Flur", "Abst."),
+            ("LIVING ROOM", "BEDROOM", "KITCHEN", "CORRIDOR", "STORAGE"),
+        ),
+        (("Soggiorno", "Camera", "Bagno", "Disimpegno"), ("LIVING ROOM", "BEDROOM", "BATHROOM", "CORRIDOR")),
+        (
+            ("Séjour", "Chambre 1", "SdB", "Cellier", "Entrée"),
+            ("LIVING ROOM", "BEDROOM", "BATHROOM", "STORAGE", "ENTRANCE"),
+        ),
+        (("Salón", "Dormitorio", "Baño", "Pasillo"), ("LIVING ROOM", "BEDROOM", "BATHROOM", "CORRIDOR")),
+        (("Sala de estar", "Quarto", "Cozinha", "Varanda"), ("LIVING ROOM", "BEDROOM", "KITCHEN", "BALCONY")),
+        (("Kinderzimmer", "Gäste-WC", "Essen", "Terrasse"), ("CHILD ROOM", "TOILET", "DINING ROOM", "TERRACE")),
+    ],
+)
+def test_rooms_of_homes_in_six_languages(names, labels):
+    labelled = label(*names)
+    assert tuple(room.label for room in labelled) == labels
+    assert labelled.building_types == ("home",)
+    assert all(room.label_probabilities["home"][room.label or ""] > 0.8 for room in labelled)
+
+
+@pytest.mark.parametrize(
+    "names",
+    [
+        ("Classroom", "Library", "Hall", "Kitchen", "WC"),
+        ("Office", "Meeting room", "Kitchen", "Toilet", "Store"),
+        ("Kitchen", "Bath", "Hall"),
+        ("Living room",),
+        ("Living room", "Bedroom", "Office 1", "Conference", "Reception", "Lab", "Canteen", "Auditorium"),
+        (None, None),
+    ],
+)
+def test_other_floors_are_no_homes(names):
+    assert read_home_names(floor(*names)).probability == 0
+    assert "home" not in label(*names).building_type
+
+
+def test_the_probability_grows_with_the_rooms_of_a_home():
+    """Two rooms: 1 - 0.3**2; a bedroom and a kitchen, which counts half: 1 - 0.3**1.5."""
+    assert read_home_names(floor("Bedroom", "Living")).probability == pytest.approx(0.91)
+    assert read_home_names(floor("Bedroom", "Kitchen")).probability == pytest.approx(0.8357, abs=1e-4)
+
+
+def test_labels_of_the_coarser_sets_follow_from_those_of_homes():
+    living, hall, unnamed = label("Living", "Hall", None, building_type="home")
+    assert living.labels == {"R/C": "ROOM", "F/C/E/S": "FUNCTIONAL", "home": "LIVING ROOM"}
+    assert hall.labels["R/C"] == "CORRIDOR"
+    for room in (living, hall):
+        assert sum(room.label_probabilities["F/C/E/S"].values()) == pytest.approx(1)
+    assert set(unnamed.labels) == {str(LabelSet.R_C)}
+
+
+def test_a_given_type_is_kept_and_so_are_manual_labels():
+    named = floor("Bath", "Meeting", "Store")
+    manual = Floor((named.rooms[0], Room(2, named[2].polygon, name="Bedroom", label="OFFICE"), named.rooms[2]))
+    labelled = Labelling.make(None, None, None, "home").label(Floor(manual.rooms, building_type={"home": 1.0}))
+    assert [room.label for room in labelled] == ["BATHROOM", "OFFICE", "STORAGE"]
+    with pytest.raises(pianta.PiantaError, match="office, school, home"):
+        Labelling.make(None, None, None, "castle")
+
+
+def test_labels_of_corrected_rooms_follow_their_names():
+    labelling = Labelling.make(None, None, None, None)
+    before = labelling.label(floor("Living", "Bedroom", "Bath"))
+    assert labelling.relabel(before.rename(3, "Kitchen"))[3].label == "KITCHEN"
+
+
+def test_what_is_printed_about_a_home():
+    assert describe_type(Floor((), building_type={"home": 0.91}), ("office", "school")) == (
+        "home 0.91, by the names of its rooms"
+    )
+
+
+def test_manual_labels_are_kept_by_label_home():
+    rooms = Floor((Room(1, box(0, 0, 4, 3), name="Bath", label="KITCHEN"),))
+    assert label_home(rooms, read_home_names(rooms))[1].label == "KITCHEN"
+
+
+def test_each_word_of_homes_has_one_label():
+    content = json.loads(Path(home.__file__).with_name("home_names.json").read_text(encoding="utf-8"))
+    for language in ("en", "it", "de", "fr", "es", "pt"):
+        words = [word for entry in content["kinds"] for word in entry["words"][language]]
+        assert sorted(set(words)) == sorted(words), language
+    assert {name for entry in content["kinds"] for name in entry["labels"]["home"]} <= set(HOME.by_name)
