@@ -1,4 +1,4 @@
-"""Homes are known by the names of their rooms, in six languages, and the rooms get the labels of homes."""
+"""Homes are known by the names of their rooms, in eight languages, and the rooms get the labels of homes."""
 
 import json
 from pathlib import Path
@@ -39,10 +39,12 @@ def label(*names: str | None, building_type: str | None = None) -> Floor:
         ),
         (("Salón", "Dormitorio", "Baño", "Pasillo"), ("LIVING ROOM", "BEDROOM", "BATHROOM", "CORRIDOR")),
         (("Sala de estar", "Quarto", "Cozinha", "Varanda"), ("LIVING ROOM", "BEDROOM", "KITCHEN", "BALCONY")),
+        (("SOVRUM 1", "KLK", "BALKONG", "VARDAGSRUM"), ("BEDROOM", "CLOSET", "BALCONY", "LIVING ROOM")),
+        (("洋室", "リビング", "トイレ", "浴室"), ("BEDROOM", "LIVING ROOM", "TOILET", "BATHROOM")),
         (("Kinderzimmer", "Gäste-WC", "Essen", "Terrasse"), ("CHILD ROOM", "TOILET", "DINING ROOM", "TERRACE")),
     ],
 )
-def test_rooms_of_homes_in_six_languages(names, labels):
+def test_rooms_of_homes_in_several_languages(names, labels):
     labelled = label(*names)
     assert tuple(room.label for room in labelled) == labels
     assert labelled.building_types == ("home",)
@@ -56,6 +58,8 @@ def test_rooms_of_homes_in_six_languages(names, labels):
         ("Office", "Meeting room", "Kitchen", "Toilet", "Store"),
         ("Kitchen", "Bath", "Hall"),
         ("Living room",),
+        ("Lounge", "Kitchen", "Dining", "Office 1", "Office 2", "Office 3"),
+        ("CH-3", "CH-4", "CH-7"),
         ("Living room", "Bedroom", "Office 1", "Conference", "Reception", "Lab", "Canteen", "Auditorium"),
         (None, None),
     ],
@@ -108,7 +112,7 @@ def test_manual_labels_are_kept_by_label_home():
 
 def test_each_word_of_homes_has_one_label():
     content = json.loads(Path(home.__file__).with_name("home_names.json").read_text(encoding="utf-8"))
-    for language in ("en", "it", "de", "fr", "es", "pt"):
+    for language in ("en", "it", "de", "fr", "es", "pt", "sv", "ja"):
         words = [word for entry in content["kinds"] for word in entry["words"][language]]
         assert sorted(set(words)) == sorted(words), language
     assert {name for entry in content["kinds"] for name in entry["labels"]["home"]} <= set(HOME.by_name)

@@ -52,7 +52,9 @@ class HomeNames:
         supporting = sum(label in SUPPORTING_LABELS for label in best)
         probability = 1 - P_NAME_ELSEWHERE ** (own + SUPPORTING_WEIGHT * min(supporting, own))
         named = len(self.certain) + len(self.others)
-        is_home = own > 0 and len(self.others) <= MAX_OTHER_SHARE * named and probability >= MIN_PROBABILITY
+        # An office building has lounges and kitchens, too
+        offices = best.count("OFFICE")
+        is_home = own > offices and len(self.others) <= MAX_OTHER_SHARE * named and probability >= MIN_PROBABILITY
         return probability if is_home else 0.0
 
 
