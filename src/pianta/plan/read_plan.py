@@ -38,6 +38,7 @@ from pianta.plan.symbols.templates import builtin_templates, read_symbol_folder
 from pianta.plan.text.legend import find_legend
 from pianta.plan.text.recognition import erase_texts, read_texts, text_reader_available
 from pianta.plan.text.room_names import name_rooms
+from pianta.plan.text.room_numbers import correct_room_numbers
 from pianta.plan.walls.floor_map import draw_floor_map, use_named_walls
 from pianta.plan.walls.segmentation import NETWORKS, has_walls, segment_sheet
 
@@ -311,7 +312,11 @@ def _scale_and_name(
     """Floors in pixels of the sheet, y up, in metres and with the names of their rooms."""
     grid, legend = GridMap(np.full(sheet.shape, UNKNOWN, np.int8), scale.resolution), find_legend(texts)
     in_metres = [scale_floor(floor, scale.resolution, scale.resolution) for floor in floors]
-    return tuple(PlanFloor(name_rooms(floor, texts, grid, legend), grid, scale) for floor in in_metres)
+    named = [name_rooms(floor, texts, grid, legend) for floor in in_metres]
+    if sheet.texts is None:
+        # Texts that were read from pixels
+        named = list(map(correct_room_numbers, named))
+    return tuple(PlanFloor(floor, grid, scale) for floor in named)
 
 
 def read_storeys(path: str | Path) -> tuple[PlanFloor, ...]:

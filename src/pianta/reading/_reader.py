@@ -264,8 +264,20 @@ class Reader:
                 title=each.name,
                 elevation=each.elevation,
                 paper=paper,
-                messages=(f"scale: {each.scale.describe(px_per_unit=unit)}", *plan.notes, *matches),
+                messages=(
+                    f"scale: {each.scale.describe(px_per_unit=unit)}",
+                    *plan.notes,
+                    *matches,
+                    *_describe_missing_doors(each.floor),
+                ),
             )
+
+
+def _describe_missing_doors(floor: Floor) -> list[str]:
+    """That no doors join the rooms of a plan; nothing if some do, or for a single room."""
+    if len(floor) < 2 or any(None not in door.rooms for door in floor.doors):
+        return []
+    return ["graph: doors between rooms are not drawn on this plan, or none was found, so that no rooms are joined"]
 
 
 def _warn(path: str | Path, messages: Iterable[str]) -> None:
