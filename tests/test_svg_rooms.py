@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import pianta
 from pianta.errors import PlanError, PlanWarning
 from pianta.io.drawings._room_shapes import ROOMS_LAYER, names_rooms
 from pianta.io.drawings.svg import read_svg_plan
@@ -100,3 +101,10 @@ def test_a_plan_of_a_research_site_has_its_30_rooms():
     names = {room.name for room in floor}
     assert {"CONTROL ROOM", "LOBBY", "BOILER ROOM", "HEALTH PHYSICS"} <= names
     assert len(floor.doors) >= 30
+
+
+@pytest.mark.parametrize(("door", "count"), [('<line class="door" x1="51" y1="20" x2="51" y2="29"/>', 0), ("", 1)])
+def test_a_plan_without_doors_between_rooms_says_so(tmp_path, door, count):
+    content = ROOMS.replace('<line class="door" x1="51" y1="20" x2="51" y2="29"/>', door)
+    reading = pianta.read(write(tmp_path / "plan.svg", content), labels=False)
+    assert len([message for message in reading.messages if message.startswith("graph: doors")]) == count
