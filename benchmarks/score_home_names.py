@@ -21,7 +21,7 @@ from pianta.rooms.home import read_home_names
 
 DATA = Path(os.environ.get("PIANTA_DATA") or Path(__file__).parents[2] / "shared" / "data")
 # Of the plans of strangers, by eye: floors of offices, schools and a laboratory; the others are houses and flats
-NO_HOMES = frozenset({"cmu_newell_A", "dfki_selfie", "evac_a", "evac_nf", "hulme", "raumplanung", "wifi_bosch"})
+NO_HOMES = frozenset({"cmu_newell_A", "dfki_selfie", "evac_a", "evac_nf", "hulme", "raumplanung"})
 SUFFIXES = (".png", ".jpg", ".gif", ".svg")
 
 

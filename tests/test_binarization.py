@@ -211,3 +211,21 @@ def test_lines_and_slopes_are_no_noise():
     assert measure_noise(np.where(line_mask(), np.uint8(0), grain)) == pytest.approx(5, rel=0.15)
     assert measure_noise(slope) == 0
     assert measure_noise(paint(line_mask())[..., 0]) == 0
+
+
+@pytest.mark.parametrize("paper", [(0, 0, 160), (10, 40, 140), (0, 0, 255), (120, 0, 40)])
+def test_blueprints_become_their_grey_negative(paper):
+    """Light lines on strong, dark paper are the ink."""
+    colors = np.full((200, 200, 3), paper, np.uint8)
+    colors[50:53, 20:180] = 255
+    ink = binarise(colors)
+    assert ink[50:53, 20:180].all()
+    assert ink.mean() < 0.05
+
+
+def test_plans_with_large_coloured_rooms_are_no_blueprints():
+    """Dark red rooms cover most of the sheet; its paper is white, and its walls are black."""
+    colors = np.full((200, 200, 3), 255, np.uint8)
+    colors[20:180, 20:180] = (180, 0, 0)
+    colors[20:180, 98:102] = 0
+    np.testing.assert_array_equal(invert_if_dark(colors), colors)

@@ -60,6 +60,7 @@ def test_rooms_of_homes_in_several_languages(names, labels):
         ("Living room",),
         ("Lounge", "Kitchen", "Dining", "Office 1", "Office 2", "Office 3"),
         ("CH-3", "CH-4", "CH-7"),
+        ("Primary sodium tank", "Main primary pump", "Primary hot cells"),
         ("Living room", "Bedroom", "Office 1", "Conference", "Reception", "Lab", "Canteen", "Auditorium"),
         (None, None),
     ],

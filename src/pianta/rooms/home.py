@@ -17,6 +17,7 @@ from pianta.rooms.name_dictionary import (
     P_OTHER_FUZZY_MATCH,
     RoomNameDictionary,
     match_phrase,
+    normalize_name,
     parse_dictionary,
     read_default_room_name_dictionary,
     room_name_prior,
@@ -37,7 +38,8 @@ class HomeNames:
     """What the names of a floor's rooms say if it is a home.
 
     labels: room id -> probabilities of the labels of HOME, for the rooms whose names have a word of a home.
-    certain: ids of those whose words are not merely similar. others: ids of rooms with words of other buildings alone.
+    certain: ids of those whose words are not merely similar, and most of the name. others: ids of rooms with words of
+    other buildings alone.
     """
 
     labels: Mapping[int, Mapping[str, float]]
@@ -67,11 +69,17 @@ def read_home_names(floor: Floor, words: RoomNameDictionary | None = None) -> Ho
         match = match_phrase(room.name, home) if room.name else None
         if match is not None and (prior := room_name_prior(room.name or "", HOME, home)):
             labels[room.id] = prior
-            if match.p_other < P_OTHER_FUZZY_MATCH:
+            if match.p_other < P_OTHER_FUZZY_MATCH and _is_most_of(match.phrase, room.name or ""):
                 certain.add(room.id)
         elif room.name and match_phrase(room.name, elsewhere) is not None:
             others.add(room.id)
     return HomeNames(labels, frozenset(certain), frozenset(others))
+
+
+def _is_most_of(phrase: str, name: str) -> bool:
+    """Whether a phrase is at least half of the words of a name: a primary sodium tank is no primary bedroom."""
+    words = [word for word in normalize_name(name).split() if sum(map(str.isalpha, word)) > 1]
+    return 2 * len(phrase.split()) >= len(words)
 
 
 def label_home(floor: Floor, names: HomeNames) -> Floor:

@@ -21,7 +21,9 @@ N_SAMPLED_PIXELS = 200_000
 class BinarizationParameters:
     """Thresholds between ink and paper; grey levels are of 8 bits. Chosen by hand, no fit is on record."""
 
-    dark_paper: int = 100  # grey level: a sheet whose median is below is dark paper, as blueprints are
+    dark_paper: int = 100  # grey level: a sheet whose median is below is dark paper, as of a negative
+    blueprint_lines: tuple[float, float] = (0.005, 0.3)  # share of the sheet that is lighter than blue paper
+    line_lightness: int = 60  # grey levels by which lines of a blueprint are lighter
     paper_reach: float = 0.02  # share of the longer side: wider than walls, narrower than coloured areas
     min_contrast: float = 14.0  # grey levels between ink and paper, at least
     max_contrast: float = 60.0  # grey levels between ink and paper that are enough on every sheet
@@ -33,11 +35,27 @@ PARAMETERS = BinarizationParameters()
 
 
 def invert_if_dark(colors: Colors) -> Colors:
-    """The colours of a sheet as on white paper: dark paper with light lines becomes its negative."""
+    """The colours of a sheet as on white paper: dark paper with light lines becomes its negative, a blueprint grey."""
     pixels = colors.reshape(-1, 3)
     # An odd step meets no pattern of the sheet
-    middle = np.median(max_channel(pixels[:: len(pixels) // N_SAMPLED_PIXELS | 1]))
-    return np.asarray(255 - colors if middle < PARAMETERS.dark_paper else colors, np.uint8)
+    sample = pixels[:: len(pixels) // N_SAMPLED_PIXELS | 1]
+    if np.median(max_channel(sample)) < PARAMETERS.dark_paper:
+        return np.asarray(255 - colors, np.uint8)
+    if _is_blueprint(sample):
+        # The negative of blue is yellow, whose darkest channel has no contrast to lines
+        negative = 255 - colors.mean(axis=2)
+        return np.repeat(negative.astype(np.uint8)[..., None], 3, axis=2)
+    return np.asarray(colors, np.uint8)
+
+
+def _is_blueprint(pixels: Colors) -> bool:
+    """Whether the paper is a strong, dark colour on which a few lines are lighter; pixels: shape (N, 3)."""
+    p = PARAMETERS
+    grey = pixels.mean(axis=1)
+    middle = float(np.median(grey))
+    least, most = p.blueprint_lines
+    lighter = float((grey > middle + p.line_lightness).mean())
+    return middle < p.dark_paper and least <= lighter <= most
 
 
 def max_channel(colors: Colors) -> Greys:
