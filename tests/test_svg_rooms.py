@@ -104,7 +104,7 @@ def test_a_plan_of_a_research_site_has_its_30_rooms():
 
 
 @pytest.mark.parametrize(("door", "count"), [('<line class="door" x1="51" y1="20" x2="51" y2="29"/>', 0), ("", 1)])
-def test_a_plan_without_doors_between_rooms_says_so(tmp_path, door, count):
+def test_a_plan_without_doors_between_rooms_has_a_note(tmp_path, door, count):
     content = ROOMS.replace('<line class="door" x1="51" y1="20" x2="51" y2="29"/>', door)
     reading = pianta.read(write(tmp_path / "plan.svg", content), labels=False)
     assert len([message for message in reading.messages if message.startswith("graph: doors")]) == count
