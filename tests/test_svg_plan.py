@@ -379,3 +379,22 @@ def test_fills_of_departments_are_no_poche(path, fill, count):
     """Dark fills are those whose brightest channel is at most 0.6."""
     drawing = read(path, f'<rect width="5" height="5" fill="{fill}"/><line x2="1" {STROKE}/>')
     assert len(drawing.fills) == count
+
+
+def test_clips_that_only_touch_hide_everything_and_crossing_ones_hold(path):
+    """Two boxes with a side in common; a bow tie, whose two halves are both inside."""
+    clips = (
+        '<clipPath id="left"><rect width="5" height="9"/></clipPath>'
+        '<clipPath id="right"><rect x="5" width="5" height="9"/></clipPath>'
+        '<clipPath id="bow"><path d="M0 0 L10 10 V0 L0 10 Z"/></clipPath>'
+    )
+    line = f'<line x1="0" y1="5" x2="10" y2="5" {STROKE}/>'
+    touching = f'<g clip-path="url(#left)"><g clip-path="url(#right)">{line}</g></g>'
+    bow = f'<line x1="1" y1="-9" x2="1" y2="30" {STROKE} clip-path="url(#bow)"/>'
+    assert lines_of(read(path, clips, touching, bow)) == [[1, -1, 1, -9]]
+
+
+def test_clips_with_too_many_corners_are_ignored(path):
+    zigzag = " ".join(f"L{k % 2 * 9} {k % 7}" for k in range(6000))
+    clip = f'<clipPath id="c"><path d="M0 0 {zigzag} Z"/></clipPath>'
+    assert lines_of(read(path, clip, f'<line x2="90" {STROKE} clip-path="url(#c)"/>')) == [[0, 0, 90, 0]]

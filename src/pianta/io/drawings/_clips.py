@@ -16,20 +16,42 @@ from pianta._types import Floats
 Clip: TypeAlias = BaseGeometry | None
 
 
+MAX_CORNERS = 5000  # of a clip path; all crossings of its sides are computed, so larger ones are ignored
+
+
 def area_of_rings(rings: Sequence[Floats]) -> BaseGeometry:
     """The area within an odd number of rings, each shape (N, 2)."""
-    polygons = (shapely.make_valid(shapely.Polygon(ring)) for ring in rings if len(ring) > 2)
-    return reduce(shapely.symmetric_difference, polygons, shapely.Polygon())
+    polygons = (
+        shapely.make_valid(shapely.Polygon(ring), method="structure", keep_collapsed=False)
+        for ring in rings
+        if len(ring) > 2
+    )
+    return reduce(
+        lambda one, other: _polygons_of(shapely.symmetric_difference(one, other)), polygons, shapely.Polygon()
+    )
+
+
+def make_clip(outer: Clip, paths: Iterable[Sequence[Floats]]) -> Clip:
+    """What lies in a clip and within an odd number of rings of each path; outer: None for no clip."""
+    small = (rings for rings in paths if sum(map(len, rings)) <= MAX_CORNERS)
+    return join_clips(outer, map(area_of_rings, small))
 
 
 def join_clips(outer: Clip, areas: Iterable[BaseGeometry]) -> Clip:
     """What lies in a clip and in all areas; outer: None for no clip."""
     clip = outer
     for area in areas:
-        clip = area if clip is None else shapely.intersection(clip, area)
+        clip = area if clip is None else _polygons_of(shapely.intersection(clip, area))
     if clip is not None:
         shapely.prepare(clip)
     return clip
+
+
+def _polygons_of(area: BaseGeometry) -> BaseGeometry:
+    """An area without the lines and points where two areas merely touch."""
+    if area.geom_type in {"Polygon", "MultiPolygon"}:
+        return area
+    return shapely.union_all([part for part in shapely.get_parts(area) if part.geom_type == "Polygon"])
 
 
 def clip_chain(chain: Floats, clip: Clip) -> list[Floats]:

@@ -448,7 +448,7 @@ def jambs_of_leaves(arcs: Sequence[Floats], lines: Floats, *, turns: tuple[float
         leaf = _open_leaf(swing, at_hinge)
         if leaf is not None:
             doors.append(np.array([swing.hinge, swing.ends[1 - leaf]]))
-    return _join_leaves(doors)
+    return _join_leaves(doors[:MAX_ARCS])
 
 
 def _open_leaf(swing: _Swing, lines: Floats) -> int | None:

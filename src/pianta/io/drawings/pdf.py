@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from pianta._types import Colors, Floats
 from pianta.errors import PlanError
 from pianta.io._files import one_line_reason
-from pianta.io.drawings._clips import Clip, area_of_rings, join_clips
+from pianta.io.drawings._clips import Clip, make_clip
 from pianta.io.drawings._drawing import DrawnText, PlanDrawing
 from pianta.io.drawings._layers import (
     MAX_LINES,
@@ -315,7 +315,7 @@ class _Reader:
         if key not in self.clips:
             matrix = self.form_matrices.get(form, np.eye(2, 3))
             placed = [[self._to_displayed(ring, matrix) for ring in path] for path in paths]
-            self.clips[key] = join_clips(self.form_clips.get(form), map(area_of_rings, placed))
+            self.clips[key] = make_clip(self.form_clips.get(form), placed)
         return self.clips[key]
 
     def _to_displayed(self, points: Floats, matrix: Floats) -> Floats:

@@ -19,7 +19,7 @@ from defusedxml import DefusedXmlException, ElementTree
 from pianta._types import Floats
 from pianta.errors import PlanWarning
 from pianta.io._files import one_line_reason, short_repr
-from pianta.io.drawings._clips import Clip, area_of_rings, join_clips
+from pianta.io.drawings._clips import MAX_CORNERS, Clip, area_of_rings, join_clips
 from pianta.io.drawings._drawing import DrawnText, PlanDrawing
 from pianta.io.drawings._layers import (
     PAPER,
@@ -234,12 +234,16 @@ class _Reader:
         if path is None or _local_name(path.tag) != "clipPath" or path.get("clipPathUnits") == "objectBoundingBox":
             return within
         user_space = within.moved(self._transform_of(path))
-        areas = []
+        areas, corners = [], 0
         for child in path:
             tag = _local_name(child.tag)
             if tag in _SHAPES:
                 chains = self._chains_of_leaf(child, tag, user_space.moved(self._transform_of(child)))
-                areas.append(area_of_rings(_rings_of_chains([chain for chain in chains if np.isfinite(chain).all()])))
+                rings = _rings_of_chains([chain for chain in chains if np.isfinite(chain).all()])
+                corners += sum(map(len, rings))
+                if corners > MAX_CORNERS:
+                    return within
+                areas.append(area_of_rings(rings))
         return replace(within, clip=join_clips(within.clip, [shapely.union_all(areas)]))
 
     def _read_use(self, element: Element, within: _Surroundings) -> None:

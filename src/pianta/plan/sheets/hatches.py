@@ -87,8 +87,8 @@ def _next_lines(lines: Floats, offsets: Floats, across: Floats, max_spacing: flo
     middles = lines.mean(axis=1)
     least = SPACING_TOLERANCE * max_spacing * SPACING_TOLERANCE
     probes = shapely.linestrings(np.stack([middles + least * across, middles + max_spacing * across], axis=1))
-    pairs = STRtree(shapely.linestrings(lines)).query(probes, predicate="intersects")
-    if pairs.shape[1] > MAX_PAIRS:
+    pairs = _find_pairs(lines, probes, offsets, max_spacing)
+    if pairs is None:
         return following, spacings
     distances = offsets[pairs[1]] - offsets[pairs[0]]
     ahead = distances > least
@@ -97,3 +97,22 @@ def _next_lines(lines: Floats, offsets: Floats, across: Floats, max_spacing: flo
     nearest = order[np.unique(start[order], return_index=True)[1]]
     following[start[nearest]], spacings[start[nearest]] = end[nearest], distances[nearest]
     return following, spacings
+
+
+def _find_pairs(
+    lines: Floats, probes: NDArray[np.object_], offsets: Floats, max_spacing: float
+) -> NDArray[np.intp] | None:
+    """Pairs of probes and lines that they meet, shape (2, N); None for more than MAX_PAIRS."""
+    # No probe meets more lines than have offsets within its reach, so that each chunk has few pairs
+    in_order = np.sort(offsets)
+    most = int((np.searchsorted(in_order, in_order + max_spacing, side="right") - np.arange(len(lines))).max())
+    chunk = max(1, MAX_PAIRS // most)
+    tree, parts, count = STRtree(shapely.linestrings(lines)), list[NDArray[np.intp]](), 0
+    for start in range(0, len(probes), chunk):
+        part = tree.query(probes[start : start + chunk], predicate="intersects")
+        part[0] += start
+        parts.append(part)
+        count += part.shape[1]
+        if count > MAX_PAIRS:
+            return None
+    return np.concatenate(parts, axis=1)
