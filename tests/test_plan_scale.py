@@ -12,7 +12,7 @@ from shapely import box
 
 from pianta.floor import Floor, Room
 from pianta.plan.doors.swings import DoorWidth
-from pianta.plan.scale.dimension_lines import find_dimension_lines, measure_line
+from pianta.plan.scale.dimension_lines import list_dimension_lines, measure_dimension_lines
 from pianta.plan.scale.evidence import Measure, ScaleEvidence, combine_evidence
 from pianta.plan.scale.known_rooms import find_known_rooms
 from pianta.plan.scale.refined_scale import refine_scale
@@ -243,7 +243,7 @@ def test_a_dimension_line_ends_at_its_ticks(is_level):
         # From below upwards, as texts beside upright lines are read
         corners = text.corners[:, ::-1]
         text = PlacedText(text.text, np.array([corners[1], corners[0], corners[3], corners[2]])[[0, 1, 2, 3]])
-    lines = find_dimension_lines([text], ink.astype(bool))
+    lines = measure_dimension_lines(list_dimension_lines([text], ink.astype(bool)))
     assert lines is not None
     assert any(each == pytest.approx(0.01, rel=0.03) for each in lines.measures[0].resolutions)
 
@@ -252,8 +252,8 @@ def test_numbers_of_rooms_are_no_dimensions():
     ink = np.zeros((200, 400), bool)
     ink[110, 50:350] = True
     numbers = [placed(str(number), 100, 60 + 60 * index) for index, number in enumerate((101, 102, 103, 104))]
-    assert find_dimension_lines(numbers, ink) is None
-    assert measure_line(placed("2000", 20, 200), ink) == ()
+    assert list_dimension_lines(numbers, ink) == []
+    assert list_dimension_lines([placed("2000", 20, 200)], ink) == []
 
 
 def test_a_scale_describes_its_value_interval_sources_and_outlier_rate():

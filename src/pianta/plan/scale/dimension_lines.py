@@ -1,4 +1,4 @@
-"""Evidence of the scale from dimension lines: a length beside a line that ends at two ticks, arrows or walls."""
+"""Dimension lines, a length beside a line that ends at two ticks, arrows or walls; and the scale by them."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class DimensionLineParameters:
     """Thresholds and errors of dimension lines; heights are those of the text. Chosen by hand."""
 
     reach: float = 1.8  # heights from the middle of the text to its line, at most
-    min_reach: float = 0.45  # heights: nearer ink is the text itself
+    min_reach: float = 0.3  # heights: nearer ink is the text itself
     tick: float = 0.35  # heights on both sides of the line that a tick, an arrow or a wall covers
     min_length: float = 1.5  # heights of a line, which is also longer than its text
     max_mark: float = 2.5  # heights along the line: a longer mark is a wall or another line beside it
@@ -38,19 +38,51 @@ class DimensionLineParameters:
 PARAMETERS = DimensionLineParameters()
 
 
-def find_dimension_lines(texts: Sequence[PlacedText], ink: Mask) -> ScaleEvidence | None:
-    """The dimension lines of a sheet; None without any. ink: shape (H, W)."""
-    p, measures = PARAMETERS, list[Measure]()
+@dataclass(frozen=True, eq=False)
+class DimensionLine:
+    """A line beside a written length.
+
+    row: of the line, start, stop: its first column and the one after its last; of an upright line, which is turned,
+    rows and columns change places. text_height: pixels. lengths: metres that the text may mean. pixels: between two
+    marks of the line, several if other lines cross it.
+    """
+
+    row: int
+    start: int
+    stop: int
+    is_level: bool
+    text_height: float
+    lengths: tuple[float, ...]
+    pixels: tuple[float, ...]
+
+    @property
+    def resolutions(self) -> tuple[float, ...]:
+        """Metres per pixel that the line may mean."""
+        return tuple(metres / px for metres in self.lengths for px in self.pixels)
+
+
+def list_dimension_lines(texts: Sequence[PlacedText], ink: Mask) -> list[DimensionLine]:
+    """The dimension lines of a sheet. ink: shape (H, W)."""
     dimensions = [
         (text, lengths) for text in _without_room_numbers(texts) if (lengths := parse_possible_lengths(text.text))
     ]
+    lines = []
     for text, lengths in dimensions[:MAX_LENGTHS]:
         along = np.abs(text.corners[1] - text.corners[0])
         is_level = bool(along[1] >= along[0])
         # A text that is turned stands beside an upright line
-        possible = measure_line(text, ink) if is_level else measure_line(_transpose(text), ink.T)
-        if possible:
-            measures.append(Measure(tuple(metres / px for metres in lengths for px in possible), p.line_sd))
+        placed, turned = (text, ink) if is_level else (_transpose(text), ink.T)
+        if (found := _find_line(placed, turned)) is not None:
+            row, run = found
+            pixels = _between_marks(turned, row, run, round(float(placed.middle[1])), text.height)
+            lines.append(DimensionLine(row, *run, is_level, text.height, lengths, pixels))
+    return lines
+
+
+def measure_dimension_lines(lines: Sequence[DimensionLine]) -> ScaleEvidence | None:
+    """The scale by dimension lines; None without any that ends at two marks."""
+    p = PARAMETERS
+    measures = [Measure(line.resolutions, p.line_sd) for line in lines if line.pixels]
     if not measures:
         return None
     title = count_noun(len(measures), "dimension line")
@@ -69,11 +101,8 @@ def _without_room_numbers(texts: Sequence[PlacedText]) -> Sequence[PlacedText]:
     return [text for text in texts if text not in numbers]
 
 
-def measure_line(text: PlacedText, ink: Mask) -> tuple[float, ...]:
-    """Pixels between two marks of the dimension line above or below a level text, the nearer one; none without a line.
-
-    ink: shape (H, W). Lines that cross it are marks, too, so that several lengths are possible.
-    """
+def _find_line(text: PlacedText, ink: Mask) -> tuple[int, tuple[int, int]] | None:
+    """The row and the columns of the line above or below a level text, the nearer one; None without a line."""
     p, height = PARAMETERS, text.height
     middle_row, middle_col = text.middle
     col, half = round(float(middle_col)), float(np.ptp(text.corners[:, 1])) / 2
@@ -84,8 +113,8 @@ def measure_line(text: PlacedText, ink: Mask) -> tuple[float, ...]:
             continue
         start, stop = _run_around(ink[row], col)
         if stop - start > max(2 * half, p.min_length * height):
-            return _between_marks(ink, row, (start, stop), col, height)
-    return ()
+            return row, (start, stop)
+    return None
 
 
 def _transpose(text: PlacedText) -> PlacedText:

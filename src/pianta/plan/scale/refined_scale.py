@@ -9,7 +9,7 @@ from pianta.floor import Floor
 from pianta.io._files import count_noun
 from pianta.io.drawings.pdf import find_written_scale
 from pianta.plan.doors.swings import DoorWidth
-from pianta.plan.scale.dimension_lines import find_dimension_lines
+from pianta.plan.scale.dimension_lines import list_dimension_lines, measure_dimension_lines
 from pianta.plan.scale.evidence import Measure, ScaleEvidence, combine_evidence
 from pianta.plan.scale.room_evidence import by_look, home_probability, list_room_evidence
 from pianta.plan.scale.sheet_scale import LOOK, SheetScale
@@ -68,7 +68,8 @@ def refine_scale(
     spaces = measure_spaces(floors, class_map, texts, height=sheet.shape[0])
     at_home, longest = home_probability(spaces, texts), max(sheet.shape)
     evidence = [*list_room_evidence(spaces, texts), *_list_sheet_evidence(measured, at_home)]
-    written = [find_dimension_lines(texts, sheet.ink), _by_written_scale(sheet, texts), by_look(spaces, at_home)]
+    dimensions = measure_dimension_lines(list_dimension_lines(texts, sheet.ink))
+    written = [dimensions, _by_written_scale(sheet, texts), by_look(spaces, at_home)]
     evidence += [each for each in written if each is not None]
     limits = SHEET_PARAMETERS.min_sheet / longest, SHEET_PARAMETERS.max_sheet / longest
     combined = combine_evidence(evidence, low=limits[0], high=limits[1])
