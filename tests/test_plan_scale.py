@@ -163,7 +163,8 @@ def refine(*texts: PlacedText, ink: np.ndarray | None = None, **measured: Any) -
         "drawn_door_px": 40.0,
     }
     floors, class_map = two_rooms()
-    return refine_scale(SheetScale(**(first | measured)), Sheet(colors), floors, class_map, texts)
+    spaces = measure_spaces(floors, class_map, texts, height=SHAPE[0])
+    return refine_scale(SheetScale(**(first | measured)), Sheet(colors), spaces, texts)
 
 
 @pytest.mark.parametrize(

@@ -16,7 +16,6 @@ from pianta.corrections._positions import (
     find_room,
     middle_of,
 )
-from pianta.corrections._shapes import MAX_GAP, MIN_ROOM, join_shapes, measure_gap, split_shape
 from pianta.corrections.kinds import (
     DeleteRoom,
     DrawRoom,
@@ -29,6 +28,7 @@ from pianta.corrections.kinds import (
 )
 from pianta.errors import CorrectionError
 from pianta.floor import Door, Floor, Room
+from pianta.floor.shapes import MAX_GAP, MIN_ROOM, join_shapes, measure_gap, split_shape
 
 # The constants were chosen by hand.
 # A room that is drawn must have this share outside of other rooms.

@@ -6,10 +6,10 @@ from collections.abc import Iterable
 from difflib import get_close_matches
 
 from pianta.corrections._positions import draw_line, draw_outline, find_door, position_in
-from pianta.corrections._shapes import split_shape
 from pianta.corrections.kinds import XY, DeleteDoor, LabelRoom, MergeRooms, Points, SplitRoom
 from pianta.errors import CorrectionError
 from pianta.floor import Floor, Room
+from pianta.floor.shapes import split_shape
 from pianta.labels import ALL_SCHEMAS, FCES, RC, normalize_label
 
 

@@ -26,10 +26,14 @@ from pianta.plan.doors.lines import PlanDoors, find_doors
 from pianta.plan.drawn_rooms.floors import read_drawn_floors
 from pianta.plan.drawn_rooms.layers import describe_layers, forget_walls
 from pianta.plan.scale.refined_scale import refine_scale
+from pianta.plan.scale.room_evidence import home_probability
 from pianta.plan.scale.sheet_scale import find_scale
+from pianta.plan.scale.spaces import measure_spaces
 from pianta.plan.sheets.drawn_sheet import draw_sheet
+from pianta.plan.sheets.flagged_rooms import flag_rooms
 from pianta.plan.sheets.floors_on_sheet import reconstruct_sheet_floors
 from pianta.plan.sheets.map_or_plan import looks_like_drawing
+from pianta.plan.sheets.open_rooms import join_open_rooms
 from pianta.plan.sheets.open_sheet import open_sheet
 from pianta.plan.sheets.sheet import PlacedText, PlanScale, Sheet
 from pianta.plan.symbols.detection import find_symbols, remove_symbols
@@ -239,7 +243,7 @@ def _place_drawn_floors(floors: Sequence[Floor], unit: PlanScale, note: str, pat
     _check_floors(floors, path)
     grids = [_frame(floor) for floor in floors]
     placed = tuple(
-        PlanFloor(floor, grid, unit.scaled(grid.resolution / unit.resolution))
+        PlanFloor(flag_rooms(floor), grid, unit.scaled(grid.resolution / unit.resolution))
         for floor, grid in zip(floors, grids, strict=True)
     )
     return PlanReading(placed, None, px_per_unit=unit.resolution / grids[0].resolution, notes=(note,))
@@ -255,11 +259,11 @@ def _read_sheet(sheet: Sheet, path: str | Path, options: _SheetOptions) -> PlanR
     texts = _read_texts(sheet, path) if options.with_text else sheet.texts or ()
     textless = erase_texts(sheet, texts)
     # Dimension lines are known before the network sees them
-    drawn = erase_dimension_lines(sheet, texts)
-    measured = find_scale(drawn, textless, texts, resolution=options.resolution, networks=networks)
+    undimensioned = erase_dimension_lines(sheet, texts)
+    measured = find_scale(undimensioned, textless, texts, resolution=options.resolution, networks=networks)
     # Symbols are matched with templates and removed; the network sees the text, as in its training
     placed = find_symbols(textless, door_px=measured.drawn_door_px, templates=templates if options.with_symbols else ())
-    class_map = segment_sheet(remove_symbols(drawn.colors, placed), door_px=measured.door_px, networks=networks)
+    class_map = segment_sheet(remove_symbols(undimensioned.colors, placed), door_px=measured.door_px, networks=networks)
     swings = measured.swings if options.with_symbols else ()
     drawn_doors = sheet.doors if len(sheet.doors) else sheet.unnamed_doors
     doors = find_doors(class_map, swings, placed, drawn_doors) if options.with_symbols else PlanDoors()
@@ -277,8 +281,15 @@ def _read_sheet(sheet: Sheet, path: str | Path, options: _SheetOptions) -> PlanR
         )
         floors = reconstruct_sheet_floors(floor_map, doors, method=options.method, source=sheet.source)
     _check_floors(floors, path)
-    scale = refine_scale(measured, sheet, floors, class_map, texts)
-    return PlanReading(_scale_and_name(floors, sheet, texts, scale), sheet, placed, sheet.px_per_unit)
+    spaces = measure_spaces(floors, class_map, texts, height=sheet.shape[0])
+    scale, at_home = refine_scale(measured, sheet, spaces, texts), home_probability(spaces, texts) > 0.5
+    # With metres it is known what is too small for a room, and which openings are no passages
+    metres = scale.resolution
+    in_metres = [
+        join_open_rooms(scale_floor(floor, metres, metres), sheet, class_map, resolution=metres, at_home=at_home)
+        for floor in floors
+    ]
+    return PlanReading(_name_rooms(in_metres, sheet, texts, scale), sheet, placed, sheet.px_per_unit)
 
 
 def _refuse_options(path: str | Path, options: Mapping[str, object]) -> None:
@@ -309,17 +320,16 @@ def _check_floors(floors: Sequence[Floor], path: str | Path) -> None:
         warnings.warn(PlanWarning(message), stacklevel=3)
 
 
-def _scale_and_name(
+def _name_rooms(
     floors: Sequence[Floor], sheet: Sheet, texts: Sequence[PlacedText], scale: PlanScale
 ) -> tuple[PlanFloor, ...]:
-    """Floors in pixels of the sheet, y up, in metres and with the names of their rooms."""
+    """Floors with the names of their rooms."""
     grid, legend = GridMap(np.full(sheet.shape, UNKNOWN, np.int8), scale.resolution), find_legend(texts)
-    in_metres = [scale_floor(floor, scale.resolution, scale.resolution) for floor in floors]
-    named = [name_rooms(floor, texts, grid, legend) for floor in in_metres]
+    named = [name_rooms(floor, texts, grid, legend) for floor in floors]
     if sheet.texts is None:
         # Texts that were read from pixels
         named = list(map(correct_room_numbers, named))
-    return tuple(PlanFloor(floor, grid, scale) for floor in named)
+    return tuple(PlanFloor(flag_rooms(floor), grid, scale) for floor in named)
 
 
 def read_storeys(path: str | Path) -> tuple[PlanFloor, ...]:

@@ -29,8 +29,8 @@ from shapely.geometry.base import BaseGeometry
 
 from pianta.corrections._doors import find_beside
 from pianta.corrections._positions import middle_of
-from pianta.corrections._shapes import MIN_ROOM
 from pianta.floor import Door, Floor, Room
+from pianta.floor.shapes import MIN_ROOM
 from pianta.layout.room_ids import MIN_COMMON_SHARE, SAME_OUTLINE_IOU, move_floor
 from pianta.reading._map_change import MapChange
 

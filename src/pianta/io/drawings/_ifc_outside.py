@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import re
 from dataclasses import dataclass
 from functools import cached_property
-from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,13 +12,14 @@ from shapely import LineString, Point
 from shapely.geometry.base import BaseGeometry
 
 from pianta.floor import BALCONY_FLAG, OUTSIDE_FLAG
+from pianta.io.drawings._flags_by_name import find_flag_in_name
 from pianta.io.drawings._ifc_model import IfcModel, list_boundaries, read_property, read_text
 from pianta.io.drawings._ifc_walls import CUT, Walls, fill_holes
 
 if TYPE_CHECKING:
     from ifcopenshell import entity_instance
 
-ATTIC, ROOF, LOW = "attic", "roof", "low"
+LOW = "low"
 
 # Chosen by hand:
 BELOW_GROUND = -0.5  # metres; a storey below this is a basement
@@ -28,20 +27,6 @@ MAX_STEPS = 1.5  # metres from the ground up to the floor behind an outer door, 
 NEAR_ZERO = 2.5  # metres; where no storey is lower, heights are above the sea and not above the ground
 MIN_HEADROOM = 1.5  # metres; people do not stand below it
 BEYOND = 1.0  # metres from a door to where it leads
-
-# Words in the names of spaces, whole or as the start of a word, in the languages of the label dictionary.
-_WORDS = MappingProxyType(
-    {
-        ATTIC: "attic dachboden spitzboden dachspitz dachraum grenier comble zolder vliering soffitta sottotetto "
-        "desván sótão vindsutrymme kattovinde чердак 阁楼 小屋裏",
-        ROOF: "roof dach dachfläche flachdach toit toiture dak tetto techo cubierta tejado telhado yttertak "
-        "крыша 屋顶 屋根",
-        OUTSIDE_FLAG: "balcon balkon balcón balcony terrass terrace terraza terrazza dachterrass dakterras loggia "
-        "exterior aussenbereich außenbereich балкон террас 阳台 バルコニー",
-    }
-)
-# These occur as the start of names of inner rooms, such as Dachgeschoss, so they must be whole words.
-_COMPLETE_WORDS = frozenset({"roof", "dach", "dak", "toit", "exterior"})
 
 
 def find_flag(space: entity_instance, *, height: float, is_ground: bool) -> str | None:
@@ -52,16 +37,6 @@ def find_flag(space: entity_instance, *, height: float, is_ground: bool) -> str 
     if flag == OUTSIDE_FLAG and not is_ground:
         return BALCONY_FLAG
     return LOW if flag is None and 0 < height < MIN_HEADROOM else flag
-
-
-def find_flag_in_name(name: str) -> str | None:
-    """What a name says of a room: that it is outside, an attic or a roof; None for any other."""
-    words = re.findall(r"\w+", name.casefold())
-    for flag in (OUTSIDE_FLAG, ATTIC, ROOF):
-        for listed in _WORDS[flag].split():
-            if any(word == listed or (listed not in _COMPLETE_WORDS and word.startswith(listed)) for word in words):
-                return flag
-    return None
 
 
 @dataclass

@@ -19,8 +19,9 @@ from pianta.errors import PlanWarning
 from pianta.floor import Door, Floor, Room
 from pianta.io._faults import join_faults
 from pianta.io._files import one_line_reason, short_repr
+from pianta.io.drawings._flags_by_name import find_flag_in_name
 from pianta.io.drawings._ifc_model import IfcModel, list_parts, read_global_id, read_text
-from pianta.io.drawings._ifc_outside import Outside, find_flag, find_flag_in_name
+from pianta.io.drawings._ifc_outside import Outside, find_flag
 from pianta.io.drawings._ifc_passages import Passages, StoreyRooms
 from pianta.io.drawings._ifc_units import set_missing_unit
 from pianta.io.drawings._ifc_walls import WalledStorey, Walls

@@ -72,8 +72,8 @@ def list_dimension_lines(texts: Sequence[PlacedText], ink: Mask) -> list[Dimensi
         is_level = bool(along[1] >= along[0])
         # A text that is turned stands beside an upright line
         placed, turned = (text, ink) if is_level else (_transpose(text), ink.T)
-        if (found := _find_line(placed, turned)) is not None:
-            row, run = found
+        if (line := _find_line(placed, turned)) is not None:
+            row, run = line
             pixels = _between_marks(turned, row, run, round(float(placed.middle[1])), text.height)
             lines.append(DimensionLine(row, *run, is_level, text.height, lengths, pixels))
     return lines

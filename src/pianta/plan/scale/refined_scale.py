@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from pianta.floor import Floor
 from pianta.io._files import count_noun
 from pianta.io.drawings.pdf import find_written_scale
 from pianta.plan.doors.swings import DoorWidth
@@ -14,9 +13,8 @@ from pianta.plan.scale.evidence import Measure, ScaleEvidence, combine_evidence
 from pianta.plan.scale.room_evidence import by_look, home_probability, list_room_evidence
 from pianta.plan.scale.sheet_scale import LOOK, SheetScale
 from pianta.plan.scale.sheet_scale import PARAMETERS as SHEET_PARAMETERS
-from pianta.plan.scale.spaces import measure_spaces
+from pianta.plan.scale.spaces import Space
 from pianta.plan.sheets.sheet import DOOR_WIDTH, PlacedText, PlanScale, Sheet
-from pianta.plan.walls.segmentation import ClassMap
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -55,17 +53,12 @@ INCH = 0.0254  # m
 def refine_scale(
     measured: SheetScale,
     sheet: Sheet,
-    floors: Sequence[Floor],
-    class_map: ClassMap,
+    spaces: Sequence[Space],
     texts: Sequence[PlacedText],
 ) -> PlanScale:
-    """The scale by everything that the sheet shows, unless the user or the file states it.
-
-    floors: in pixels of the sheet, y up.
-    """
+    """The scale by everything that the sheet shows, unless the user or the file states it."""
     if measured.is_stated:
         return measured.scale
-    spaces = measure_spaces(floors, class_map, texts, height=sheet.shape[0])
     at_home, longest = home_probability(spaces, texts), max(sheet.shape)
     evidence = [*list_room_evidence(spaces, texts), *_list_sheet_evidence(measured, at_home)]
     dimensions = measure_dimension_lines(list_dimension_lines(texts, sheet.ink))
