@@ -42,7 +42,7 @@ from pianta.plan.symbols.templates import builtin_templates, read_symbol_folder
 from pianta.plan.text.legend import find_legend
 from pianta.plan.text.recognition import erase_texts, read_texts, text_reader_available
 from pianta.plan.text.room_names import name_rooms
-from pianta.plan.text.room_numbers import correct_room_numbers
+from pianta.plan.text.room_numbers import correct_room_numbers, split_room_numbers
 from pianta.plan.walls.dimension_strokes import erase_dimension_lines
 from pianta.plan.walls.floor_map import draw_floor_map, use_named_walls
 from pianta.plan.walls.segmentation import NETWORKS, has_walls, segment_sheet
@@ -329,7 +329,7 @@ def _name_rooms(
     if sheet.texts is None:
         # Texts that were read from pixels
         named = list(map(correct_room_numbers, named))
-    return tuple(PlanFloor(flag_rooms(floor), grid, scale) for floor in named)
+    return tuple(PlanFloor(flag_rooms(split_room_numbers(floor)), grid, scale) for floor in named)
 
 
 def read_storeys(path: str | Path) -> tuple[PlanFloor, ...]:

@@ -20,6 +20,7 @@ from pianta.io.writers.room_texts import split_number
 from pianta.plan.sheets.sheet import PlacedText
 from pianta.plan.text.dimensions import parse_size
 from pianta.plan.text.room_names import compose_room_name
+from pianta.plan.text.room_numbers import split_title
 
 # Limits against hostile files.
 MAX_OUTLINES = 20_000
@@ -315,17 +316,11 @@ def _make_room(polygon: Polygon, labels: Sequence[_Label], layer: str) -> DrawnR
     number = next((stamp.number for stamp in stamps if stamp.number), None)
     name = next((stamp.name for stamp in stamps if stamp.name), None)
     if number is None and name is None:
-        number, name = _split_title(compose_room_name([_place_text(text) for text in texts]))
+        number, name = split_title(compose_room_name([_place_text(text) for text in texts]))
     elif name is None and not any(stamp.name or stamp.area for stamp in stamps):
         # A stamp with nothing but the number stands beside the text of the name
         _, name = split_number(compose_room_name([_place_text(text) for text in texts if text.text != number]))
     return DrawnRoom(polygon, _clean(number), _clean(name), stated, layer)
-
-
-def _split_title(title: str | None) -> tuple[str | None, str | None]:
-    """The number that begins a title, and the rest; the 2 of Bedroom 2 is a part of its name."""
-    number, name = split_number(title)
-    return (number, name) if number and title and title.startswith(number) else (None, title)
 
 
 def _texts_of(labels: Sequence[_Label]) -> list[str]:

@@ -39,6 +39,6 @@ def flag_rooms(floor: Floor) -> Floor:
             flag = find_flag_in_name(room.name)
             return BALCONY_FLAG if flag == OUTSIDE_FLAG and not names_garden(room.name) else flag
         is_shut = len(doors) >= PARAMETERS.min_doors and room.id not in reached
-        return OUTSIDE_FLAG if is_shut and room.polygon.area > largest else None
+        return OUTSIDE_FLAG if not room.number and is_shut and room.polygon.area > largest else None
 
     return replace(floor, rooms=tuple(replace(room, flag=room.flag or find_flag(room)) for room in floor))

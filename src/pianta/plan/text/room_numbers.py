@@ -1,4 +1,4 @@
-"""Misread numbers of rooms, corrected by the numbers of the other rooms: 25020 beside 2502A and 2502B."""
+"""Numbers of rooms: apart from their names, and misread ones corrected by the others: 25020 beside 2502A and 2502B."""
 
 from __future__ import annotations
 
@@ -7,13 +7,32 @@ from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import replace
 
-from pianta.floor import Floor
+from pianta.floor import Floor, Room
+from pianta.io.writers.room_texts import split_number
 
 MIN_SIBLINGS = 2  # numbers with a letter after the same digits
 # Letters that are read as digits
 _MISREAD = {"0": "CDOQ", "1": "I", "4": "A", "5": "S", "6": "G", "8": "B"}
 _WITH_LETTER = re.compile(r"\d{2,5}[A-Z]")
 _DIGITS = re.compile(r"\d{3,6}")
+
+
+def split_title(title: str | None) -> tuple[str | None, str | None]:
+    """The number that begins a title, and the rest; the 2 of Bedroom 2 is a part of its name."""
+    number, name = split_number(title)
+    return (number, name) if number and title and title.startswith(number) else (None, title)
+
+
+def split_room_numbers(floor: Floor) -> Floor:
+    """The floor with the numbers that begin the names of its rooms apart from the names."""
+
+    def split(room: Room) -> Room:
+        if room.number is not None:
+            return room
+        number, name = split_title(room.name)
+        return replace(room, number=number, name=name)
+
+    return replace(floor, rooms=tuple(map(split, floor)))
 
 
 def correct_room_numbers(floor: Floor) -> Floor:
