@@ -1,6 +1,7 @@
 """Homes are known by the names of their rooms, in eight languages, and the rooms get the labels of homes."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -117,3 +118,27 @@ def test_each_word_of_homes_has_one_label():
         words = [word for entry in content["kinds"] for word in entry["words"][language]]
         assert sorted(set(words)) == sorted(words), language
     assert {name for entry in content["kinds"] for name in entry["labels"]["home"]} <= set(HOME.by_name)
+
+
+def test_all_storeys_of_a_house_are_a_home():
+    """The cellar alone has too few names."""
+    labelling = Labelling.make(None, None, None, None)
+    storeys = [labelling.label(floor(*names)) for names in (["Kitchen", "Bedroom 1", "Living room"], ["Garage", None])]
+    assert [each.building_types[:1] for each in storeys] != [("home",), ("home",)]
+    shared = labelling.share_home(storeys)
+    assert [each.building_types for each in shared] == [("home",), ("home",)]
+    assert shared[1][1].label == "GARAGE"
+
+
+def test_a_flat_above_offices_makes_no_home_of_them():
+    labelling = Labelling.make(None, None, None, None)
+    offices = floor("Office", "Meeting room", "Office", "Archive", "Reception", "Office")
+    storeys = [labelling.label(each) for each in (floor("Kitchen", "Bedroom", "Living room"), offices)]
+    assert labelling.share_home(storeys) == storeys
+
+
+def test_a_given_type_of_a_storey_stays():
+    labelling = Labelling.make(None, None, None, None)
+    house = labelling.label(floor("Kitchen", "Bedroom", "Living room"))
+    given = replace(labelling.label(floor("Garage")), building_type={"school": 1.0})
+    assert labelling.share_home([house, given])[1] == given

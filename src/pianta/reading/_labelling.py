@@ -141,6 +141,22 @@ class Labelling:
         pairs = zip(floor, labelled, is_predicted, strict=True)
         return replace(floor, rooms=tuple(new if predicted else old for old, new, predicted in pairs))
 
+    def share_home(self, storeys: Sequence[Floor]) -> list[Floor]:
+        """The labelled storeys of a building; all are a home if the names on all of them together are those of one.
+
+        A storey of a house may have too few names, as an attic or a cellar.
+        """
+        from pianta.rooms.home import join_home_names, read_home_names
+
+        names = join_home_names([read_home_names(floor, self.words) for floor in storeys])
+        knows_homes = self.has_own_types or HOME.building_type in self.rooms.building_types
+        if self.building_type is not None or knows_homes or not names.probability:
+            return list(storeys)
+        home = {HOME.building_type: names.probability}
+        return [
+            floor if floor.given_type else self._label_home(replace(floor, building_type=home)) for floor in storeys
+        ]
+
     def _is_home(self, floor: Floor) -> bool:
         """Whether the type of a floor is home, of which the model of rooms knows nothing."""
         is_home = next(iter(floor.building_type), None) == HOME.building_type

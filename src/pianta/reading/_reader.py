@@ -112,7 +112,11 @@ class Reader:
         if self.previous is not None and len(storeys) > 1:
             raise OptionError(f"previous= is one floor and plan {short_repr(path)} shows {len(storeys)}, leave it out")
         schemas = self.labelling.schemas if self.labelling else SCHEMAS
-        return Reading(Path(path), tuple(self._finish(storey, path) for storey in storeys), schemas)
+        finished = [self._finish(storey, path) for storey in storeys]
+        if self.labelling and len(finished) > 1:
+            shared = self.labelling.share_home([storey.floor for storey in finished])
+            finished = [replace(storey, floor=floor) for storey, floor in zip(finished, shared, strict=True)]
+        return Reading(Path(path), tuple(finished), schemas)
 
     def _finish(self, storey: StoreyReading, path: str | Path) -> StoreyReading:
         """The storey with the ids of the previous floor, labels, and the type of its building."""

@@ -6,7 +6,7 @@ have words of their own, home_names.json, in the format of name_dictionary.json.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
 from pathlib import Path
@@ -58,6 +58,20 @@ class HomeNames:
         offices = best.count("OFFICE")
         is_home = own > offices and len(self.others) <= MAX_OTHER_SHARE * named and probability >= MIN_PROBABILITY
         return probability if is_home else 0.0
+
+
+def join_home_names(storeys: Sequence[HomeNames]) -> HomeNames:
+    """What the names on all storeys of a building say together; rooms are numbered anew."""
+    labels: dict[int, Mapping[str, float]] = {}
+    certain: set[int] = set()
+    others: set[int] = set()
+    for storey in storeys:
+        ids = sorted({*storey.labels, *storey.others})
+        new_ids = {room: number for number, room in enumerate(ids, start=len(labels) + len(others) + 1)}
+        labels |= {new_ids[room]: probabilities for room, probabilities in storey.labels.items()}
+        certain |= {new_ids[room] for room in storey.certain}
+        others |= {new_ids[room] for room in storey.others}
+    return HomeNames(labels, frozenset(certain), frozenset(others))
 
 
 def read_home_names(floor: Floor, words: RoomNameDictionary | None = None) -> HomeNames:
