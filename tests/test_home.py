@@ -140,5 +140,5 @@ def test_a_flat_above_offices_makes_no_home_of_them():
 def test_a_given_type_of_a_storey_stays():
     labelling = Labelling.make(None, None, None, None)
     house = labelling.label(floor("Kitchen", "Bedroom", "Living room"))
-    given = replace(labelling.label(floor("Garage")), building_type={"school": 1.0})
-    assert labelling.share_home([house, given])[1] == given
+    school = replace(labelling.label(floor("Garage")), building_type={"school": 1.0})
+    assert labelling.share_home([house, school])[1] == school

@@ -64,7 +64,7 @@ _LabelProbabilities = dict[str, Annotated[FiniteFloat, Field(ge=0, le=1)]]
 def save_floor(floor: Floor, path: str | Path, *, scale: Mapping[str, Any] | None = None) -> None:
     """Write a floor as floor.geojson, a feature a line; read_floor returns an equal floor.
 
-    scale: of a plan, as the member `scale`, which is not read.
+    scale: of a plan, as the member `scale`, which read_floor skips.
     Equal floors give equal bytes.
     Raises FloorError for a floor that read_floor would refuse, and PiantaError if the file cannot be written.
     """
@@ -100,6 +100,15 @@ def read_floor(path: str | Path) -> Floor:
     19
     """
     return read_checked(path, "floor", FloorError, parse_floor, max_bytes=MAX_FILE_BYTES)
+
+
+def read_scale_member(path: str | Path) -> Any:  # noqa: ANN401 - whatever the file holds there
+    """The member `scale` of a floor.geojson; None if it has none.
+
+    Raises FloorError if the file is no floor.
+    """
+    read_floor(path)
+    return json.loads(Path(path).read_bytes()).get("scale")
 
 
 def describe_floor(floor: Floor) -> dict[str, Any]:

@@ -124,6 +124,7 @@ class Reader:
         storey = replace(storey, floor=round_floor(storey.floor))
         floor, messages, grid = storey.floor, [], storey.grid
         uncorrected: Floor | None = None
+        scale = storey.scale
         corrections: tuple[Correction, ...] = ()
         unlabelled: list[int] = []
         # What people have corrected in the previous floor is corrected here too
@@ -133,6 +134,7 @@ class Reader:
             # Labels that people have given in the corrected floor have priority over those of the uncorrected one
             floor, outcomes = correct_all(keep_words(uncorrected, carried.read), corrections)
             grid = grid.scaled(measure_factor(outcomes))
+            scale = None if scale is None else scale.corrected(measure_factor(outcomes))
             messages += [*describe_restored(carried.restored), *describe_outcomes(outcomes)]
             unlabelled = find_unlabelled(floor, outcomes)
             uncorrected = self._label(uncorrected, self.corrected.uncorrected)
@@ -147,6 +149,7 @@ class Reader:
             storey,
             floor=floor,
             grid=grid,
+            scale=scale,
             candidate_types=types,
             messages=(*messages, *storey.messages),
             uncorrected=uncorrected,

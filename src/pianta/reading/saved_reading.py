@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from math import prod
 from pathlib import Path
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import shapely
@@ -27,7 +27,7 @@ from pianta.floor import Floor, scale_floor
 from pianta.gridmap import GridMap
 from pianta.io._files import short_repr
 from pianta.io._folders import atomic_folder
-from pianta.io.floors import read_floor, save_floor
+from pianta.io.floors import read_floor, read_scale_member, save_floor
 from pianta.io.maps import read_npz_map
 from pianta.labels import ALL_SCHEMAS, LabelSchema
 from pianta.layout.frames import Motion
@@ -35,6 +35,9 @@ from pianta.layout.room_ids import find_frame_motion, keep_room_ids
 from pianta.reading._map_change import MapChange
 from pianta.reading._restored_rooms import Restored, restore_rooms
 from pianta.reading.reading import OUTPUTS, PAPER, UNCORRECTED, write_floor
+
+if TYPE_CHECKING:
+    from pianta.plan.sheets.sheet import PlanScale
 
 FLOOR, GRID = OUTPUTS[0], OUTPUTS[-1]
 # The floor, and that which was read with the corrections, share this of their area, or are of different buildings;
@@ -61,7 +64,8 @@ class SavedReading:
 
     uncorrected: the floor as it was read. floor: with the corrections. corrections: in their order. outcomes: what
     became of each on this floor. grid: the map, in the metres of the floor; None in a folder of an older pianta. paper:
-    the sheet of a plan, RGB of shape (H, W, 3) on the cells of the grid; None for a map.
+    the sheet of a plan, RGB of shape (H, W, 3) on the cells of the grid; None for a map. scale: of a plan as it was
+    read; None for a map.
     """
 
     folder: Path
@@ -71,6 +75,7 @@ class SavedReading:
     outcomes: tuple[Outcome, ...] = ()
     grid: GridMap | None = None
     paper: NDArray[np.uint8] | None = None
+    scale: PlanScale | None = None
 
     @classmethod
     def open(cls, folder: str | Path) -> SavedReading:
@@ -78,6 +83,8 @@ class SavedReading:
 
         Raises PiantaError, in one line, if a file is missing or damaged.
         """
+        from pianta.plan.sheets.sheet import PlanScale
+
         path = Path(folder)
         if not (path / FLOOR).is_file():
             raise FloorError(f"folder {short_repr(folder)} has no {FLOOR}, give a folder of `pianta read`")
@@ -88,7 +95,8 @@ class SavedReading:
         corrected, outcomes = correct_all(uncorrected, corrections) if corrections else (floor, [])
         grid = read_npz_map(path / GRID) if (path / GRID).exists() else None
         _check_same_building(path, floor, corrected, grid)
-        return cls(path, uncorrected, floor, corrections, tuple(outcomes), grid, _read_paper(path / PAPER))
+        scale = PlanScale.from_json(read_scale_member(path / (UNCORRECTED if corrections else FLOOR)))
+        return cls(path, uncorrected, floor, corrections, tuple(outcomes), grid, _read_paper(path / PAPER), scale)
 
     def add(self, correction: Correction) -> SavedReading:
         """The reading with one more correction; the same object if the floor is as it says already.
@@ -165,9 +173,12 @@ class SavedReading:
         if self.grid is None:
             raise MapError(f"folder {short_repr(self.folder)} has no {GRID}, read the map again with this pianta")
         with atomic_folder(self.folder) as temporary:
-            write_floor(self.floor, self.grid, temporary, schemas, paper=self.paper)
+            scale = None if self.scale is None else self.scale.corrected(measure_factor(self.outcomes))
+            write_floor(self.floor, self.grid, temporary, schemas, paper=self.paper, scale=scale)
             self.grid.save(temporary / GRID)
-            save_floor(self.uncorrected, temporary / UNCORRECTED)
+            save_floor(
+                self.uncorrected, temporary / UNCORRECTED, scale=None if self.scale is None else self.scale.as_json()
+            )
             save_corrections(self.corrections, temporary / FILE_NAME)
 
     def _scale_grid(self, factor: float) -> GridMap | None:

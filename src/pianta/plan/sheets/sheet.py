@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from math import inf, isfinite
 from typing import Any
 
 import numpy as np
@@ -114,7 +115,7 @@ class PlanScale:
         Returns
         -------
         dict
-            With the keys metres_per_pixel, interval, wide_interval, sources, confidence and is_rough.
+            With the keys metres_per_pixel, interval, wide_interval, sources, confidence, is_rough and is_look.
         """
         return {
             "metres_per_pixel": self.resolution,
@@ -123,7 +124,59 @@ class PlanScale:
             "sources": self.source.split(", "),
             "confidence": self.confidence,
             "is_rough": self.is_rough,
+            "is_look": self.is_look,
         }
+
+    @classmethod
+    def from_json(cls, member: Any) -> PlanScale | None:  # noqa: ANN401 - whatever a file holds
+        """Read what `as_json` gives.
+
+        Parameters
+        ----------
+        member
+            The object.
+
+        Returns
+        -------
+        PlanScale or None
+            The scale; None if the object does not describe one.
+
+        Examples
+        --------
+        >>> from pianta.plan.sheets.sheet import PlanScale
+        >>> PlanScale.from_json(PlanScale(0.02, "8 doors", 0.9, (0.018, 0.022)).as_json()).interval
+        (0.018, 0.022)
+        """
+        try:
+            interval, wide_interval = (_read_pair(member[key]) for key in ("interval", "wide_interval"))
+            resolution, confidence = float(member["metres_per_pixel"]), float(member["confidence"])
+            source, is_look = ", ".join(map(str, member["sources"])), bool(member.get("is_look", False))
+        except (AttributeError, KeyError, TypeError, ValueError):
+            return None
+        if not (isfinite(resolution) and resolution > 0):
+            return None
+        return cls(resolution, source, confidence, interval, wide_interval, is_look)
+
+    def corrected(self, factor: float) -> PlanScale:
+        """Take the scale that a person has given.
+
+        Parameters
+        ----------
+        factor
+            By which all lengths have been corrected; 1 if no one has.
+
+        Returns
+        -------
+        PlanScale
+            Certain, unless the factor is 1.
+
+        Examples
+        --------
+        >>> from pianta.plan.sheets.sheet import PlanScale
+        >>> PlanScale(0.02, "8 doors", 0.9).corrected(1.5).describe()
+        '0.03 m per pixel (a correction)'
+        """
+        return self if factor == 1 else PlanScale(self.resolution * factor, "a correction", 1.0)
 
     def describe(self, *, px_per_unit: float = 1.0) -> str:
         """Describe the scale in one line, in the unit that `resolution=` takes.
@@ -147,6 +200,16 @@ class PlanScale:
         if self.is_look or self.area_factor >= DOUBTED_AREA_FACTOR:
             described += f"; areas may be wrong by a factor of {_round_factor(self.area_factor)}, give the resolution"
         return described
+
+
+def _read_pair(value: Any) -> tuple[float, float] | None:  # noqa: ANN401 - whatever a file holds
+    """Two positive numbers, None for None; raises TypeError or ValueError for anything else."""
+    if value is None:
+        return None
+    low, high = map(float, value)
+    if not 0 < low <= high < inf:
+        raise ValueError(f"{value} is no interval")
+    return low, high
 
 
 def _round_factor(factor: float) -> str:
