@@ -163,7 +163,7 @@ class PlanScale:
         Parameters
         ----------
         factor
-            By which all lengths have been corrected; 1 if no one has.
+            By which all lengths have been corrected; 1 for no correction.
 
         Returns
         -------
