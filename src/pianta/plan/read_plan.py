@@ -45,6 +45,7 @@ from pianta.plan.text.room_names import name_rooms
 from pianta.plan.text.room_numbers import correct_room_numbers, split_room_numbers
 from pianta.plan.walls.dimension_strokes import erase_dimension_lines
 from pianta.plan.walls.floor_map import draw_floor_map, use_named_walls
+from pianta.plan.walls.grid_strokes import erase_grid
 from pianta.plan.walls.segmentation import NETWORKS, has_walls, segment_sheet
 
 # Formats of buildings with storeys, in metres; all others are sheets.
@@ -258,12 +259,12 @@ def _read_sheet(sheet: Sheet, path: str | Path, options: _SheetOptions) -> PlanR
     # Text gives the names and the scale, and would be taken for symbols
     texts = _read_texts(sheet, path) if options.with_text else sheet.texts or ()
     textless = erase_texts(sheet, texts)
-    # Dimension lines are known before the network sees them
-    undimensioned = erase_dimension_lines(sheet, texts)
-    measured = find_scale(undimensioned, textless, texts, resolution=options.resolution, networks=networks)
+    # Dimension lines and grids are known before the network sees them
+    plain = erase_grid(erase_dimension_lines(sheet, texts))
+    measured = find_scale(plain, textless, texts, resolution=options.resolution, networks=networks)
     # Symbols are matched with templates and removed; the network sees the text, as in its training
     placed = find_symbols(textless, door_px=measured.drawn_door_px, templates=templates if options.with_symbols else ())
-    class_map = segment_sheet(remove_symbols(undimensioned.colors, placed), door_px=measured.door_px, networks=networks)
+    class_map = segment_sheet(remove_symbols(plain.colors, placed), door_px=measured.door_px, networks=networks)
     swings = measured.swings if options.with_symbols else ()
     drawn_doors = sheet.doors if len(sheet.doors) else sheet.unnamed_doors
     doors = find_doors(class_map, swings, placed, drawn_doors) if options.with_symbols else PlanDoors()

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
-import cv2
 import numpy as np
 
 from pianta._types import Mask
 from pianta.plan.scale.dimension_lines import DimensionLine, list_dimension_lines
 from pianta.plan.sheets.sheet import PlacedText, Sheet
+from pianta.plan.walls.erased_strokes import erase_strokes
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,13 +44,7 @@ def erase_dimension_lines(sheet: Sheet, texts: Sequence[PlacedText]) -> Sheet:
         own = _measure_stroke(line, sheet.ink)
         if own <= thickness + PARAMETERS.thicker_px:
             _mark_stroke(line, sheet.ink, own + PARAMETERS.thicker_px, mask)
-    # Their soft edges, too
-    edged = cv2.dilate(mask.view(np.uint8), np.ones((3, 3), np.uint8))
-    side = 2 * round(2 * thickness + 2) + 1
-    is_light = sheet.paper is sheet.colors
-    operation = cv2.MORPH_CLOSE if is_light else cv2.MORPH_OPEN
-    background = cv2.morphologyEx(sheet.colors, operation, np.ones((side, side), np.uint8))
-    return replace(sheet, colors=np.where(edged[:, :, None] > 0, background, sheet.colors))
+    return erase_strokes(sheet, mask, reach=round(2 * thickness + 2))
 
 
 def _agreeing_lines(lines: Sequence[DimensionLine]) -> list[int]:
