@@ -15,7 +15,10 @@ from pianta.plan.walls.erased_strokes import erase_strokes
 
 @dataclass(frozen=True, kw_only=True)
 class DimensionStrokeParameters:
-    """Thresholds of `erase_dimension_lines`; heights are those of the texts. Chosen by hand on one plan with such lines, and 61 without."""
+    """Thresholds of `erase_dimension_lines`; heights are those of the texts.
+
+    Chosen by hand on one plan with such lines, and 61 without.
+    """
 
     min_lines: int = 3  # which state the same scale: a room number beside a wall states one alone
     min_share: float = 0.4  # of the lines that state a scale
