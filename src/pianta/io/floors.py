@@ -103,11 +103,7 @@ def read_floor(path: str | Path) -> Floor:
 
 
 def read_scale_member(path: str | Path) -> Any:  # noqa: ANN401 - whatever the file holds there
-    """The member `scale` of a floor.geojson; None if it has none.
-
-    Raises FloorError if the file is no floor.
-    """
-    read_floor(path)
+    """The member `scale` of a floor.geojson that read_floor has read; None if it has none."""
     return json.loads(Path(path).read_bytes()).get("scale")
 
 

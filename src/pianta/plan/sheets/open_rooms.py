@@ -144,7 +144,7 @@ def _indices(positions: Floats, shape: tuple[int, ...]) -> tuple[Indices, Indice
 
 
 def _without(floor: Floor, dropped: set[int]) -> Floor:
-    """The floor without some rooms; their doors lead out of the others."""
+    """The floor without some rooms and their doors."""
     rooms = tuple(room for room in floor if room.id not in dropped)
     doors = tuple(door for door in floor.doors if not dropped & set(door.room_ids))
     return replace(floor, rooms=rooms, doors=doors)

@@ -79,9 +79,9 @@ def _extent(mask: Mask) -> int:
 
 
 def _find_even_lines(lines: Indices, ink: Mask) -> Indices:
-    """The longest row of lines each of which is as far from the one before; none if it is short.
+    """The most lines each of which is as far from the one before; none if these are few, or near each other.
 
-    Walls stand between the lines of a grid.
+    Other lines, as of walls, may stand between them.
     """
     p, best = PARAMETERS, list[int]()
     distances = np.unique(np.abs(np.subtract.outer(lines, lines)))
