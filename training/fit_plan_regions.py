@@ -19,7 +19,7 @@ import sys
 import time
 import warnings
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from hashlib import sha1
 from pathlib import Path
 from typing import Any
@@ -31,7 +31,8 @@ import torch
 from numpy.typing import NDArray
 from torch import nn
 from torch.nn import functional
-from unet import UNet, has_bfloat16, write_onnx
+from home_plans import HomePlan, draw_home_plan
+from unet import UNet, has_bfloat16, read_onnx, write_onnx
 
 from pianta.errors import PiantaError
 from pianta.floor import Floor
@@ -62,6 +63,12 @@ DOOR_LINE_CELLS = 4
 # Synthetic plans of each floor, and the probability of one of them in a batch, per that of a real plan of its size.
 DRAWINGS = 3
 SYNTHETIC_WEIGHT = 0.25
+# Lessons of homes, each of several plans, and the share of the batches that they are.
+HOME_LESSONS = 300
+HOME_SHARE = 0.45
+# Side of such a lesson, and space around each of its plans, cells.
+HOMES_SIDE = 330
+HOME_SPACE = 6
 SCREENSHOT = "screenshot"
 # Batches from which the statistics of averaged weights are computed.
 STATISTICS_BATCHES = 80
@@ -167,6 +174,64 @@ def draw_lesson(floor: Floor, rng: np.random.Generator) -> Lesson | None:
     return make_lesson(plan.colors, [floor], plan.grid)
 
 
+def make_home_lessons(count: int, rng: np.random.Generator) -> list[Lesson]:
+    """Lessons of homes, as many plans on each as there is space for."""
+    lessons: list[Lesson] = []
+    parts: list[Lesson] = []
+    while len(lessons) < count:
+        try:
+            plan = draw_home_plan(rng)
+        except PiantaError:
+            continue
+        part = make_home_lesson(plan)
+        if not place_parts([part]):
+            lessons.append(part)
+            continue
+        if len(place_parts([*parts, part])) <= len(parts):
+            lessons.append(join_parts(parts))
+            parts = []
+        parts.append(part)
+    return lessons
+
+
+def make_home_lesson(plan: HomePlan) -> Lesson:
+    """The lesson of a home, without walls where rooms are open to each other."""
+    layers, regions = make_lesson(plan.colors, [plan.truth], plan.grid)
+    cell = 0.9 / plan.grid.resolution / DOOR_CELLS
+    for line in plan.open_lines:
+        rows, cols = plan.grid.map_to_pixel(*shapely.get_coordinates(line).T)
+        ends = np.rint(np.column_stack([cols, rows]) / cell * 16 - 8).astype(np.int32)
+        cv2.polylines(regions, [ends], False, INSIDE, WALL_CELLS + 1, cv2.LINE_8, 4)  # noqa: FBT003
+    return layers, regions
+
+
+def place_parts(parts: list[Lesson]) -> list[tuple[int, int]]:
+    """Row and col of each part on a lesson, in rows from left to right; less of them if there is no space for all."""
+    corners: list[tuple[int, int]] = []
+    row = col = below = 0
+    for _, regions in parts:
+        height, width = (side + HOME_SPACE for side in regions.shape)
+        if col + width > HOMES_SIDE:
+            row, col = below, 0
+        if row + height > HOMES_SIDE or width > HOMES_SIDE:
+            break
+        corners.append((row, col))
+        col, below = col + width, max(below, row + height)
+    return corners
+
+
+def join_parts(parts: list[Lesson]) -> Lesson:
+    """One lesson of several, on white paper."""
+    layers = np.zeros((LAYERS, HOMES_SIDE, HOMES_SIDE), np.uint8)
+    layers[:2] = 255
+    joined = np.full((HOMES_SIDE, HOMES_SIDE), OUTSIDE, np.uint8)
+    for (part, regions), (row, col) in zip(parts, place_parts(parts), strict=True):
+        window = slice(row, row + regions.shape[0]), slice(col, col + regions.shape[1])
+        layers[:, *window] = part
+        joined[window] = regions
+    return layers, joined
+
+
 def augment_lesson(lesson: Lesson, rng: np.random.Generator) -> Lesson:
     """A square of a lesson, scaled, rotated, mirrored, and with other tones."""
     layers, regions = lesson
@@ -209,32 +274,44 @@ def change_tones(layers: NDArray[np.float32], rng: np.random.Generator) -> NDArr
     return layers
 
 
-def draw_batches(real: list[Lesson], synthetic: list[Lesson], rng: np.random.Generator) -> Iterator[tuple[Any, Any]]:
+@dataclass(frozen=True, eq=False)
+class Lessons:
+    """Lessons of real plans, of buildings that were drawn anew, and of made homes."""
+
+    real: list[Lesson]
+    synthetic: list[Lesson]
+    homes: list[Lesson]
+
+
+def draw_batches(chosen: Lessons, rng: np.random.Generator) -> Iterator[tuple[Any, Any]]:
     """Endless batches of lessons; large sheets are more frequent."""
-    lessons = [*real, *synthetic]
+    lessons = [*chosen.real, *chosen.synthetic, *chosen.homes]
     weights = np.sqrt([regions.size for _, regions in lessons])
-    weights[len(real) :] *= SYNTHETIC_WEIGHT
+    weights[len(chosen.real) :] *= SYNTHETIC_WEIGHT
+    buildings = len(chosen.real) + len(chosen.synthetic)
+    weights[:buildings] *= (1 - HOME_SHARE) / weights[:buildings].sum()
+    weights[buildings:] *= HOME_SHARE / max(weights[buildings:].sum(), 1e-9)
     while True:
         picked = rng.choice(len(lessons), BATCH, p=weights / weights.sum())
         layers, regions = zip(*(augment_lesson(lessons[i], rng) for i in picked), strict=True)
         yield torch.from_numpy(np.stack(layers)), torch.from_numpy(np.stack(regions).astype(np.int64))
 
 
-def fit(network: UNet, real: list[Lesson], synthetic: list[Lesson], *, minutes: float, seed: int) -> None:
+def fit(network: UNet, lessons: Lessons, *, minutes: float, rate: float, seed: int) -> None:
     """Fit a network by AdamW, with a rate that decreases as a cosine; prints the loss.
 
     In bfloat16 if the processor supports it.
     """
     network.to(memory_format=torch.channels_last)
-    optimizer = torch.optim.AdamW(network.parameters(), LEARNING_RATE, weight_decay=1e-3)
+    optimizer = torch.optim.AdamW(network.parameters(), rate, weight_decay=1e-3)
     weights = torch.tensor([WEIGHTS[region] for region in sorted(WEIGHTS)])
     start, loss_so_far = time.monotonic(), 0.0
-    for step, (layers, regions) in enumerate(draw_batches(real, synthetic, np.random.default_rng(seed)), start=1):
+    for step, (layers, regions) in enumerate(draw_batches(lessons, np.random.default_rng(seed)), start=1):
         done = (time.monotonic() - start) / 60 / minutes
         if done >= 1:
             return
         for group in optimizer.param_groups:
-            group["lr"] = LEARNING_RATE * min(1, step / 100) * ((1 + np.cos(np.pi * done)) / 2 + 0.01)
+            group["lr"] = rate * min(1, step / 100) * ((1 + np.cos(np.pi * done)) / 2 + 0.01)
         with torch.autocast("cpu", torch.bfloat16, enabled=has_bfloat16()):
             scores = network(layers.to(memory_format=torch.channels_last))
         loss = functional.cross_entropy(scores.float(), regions, weights, label_smoothing=0.03)
@@ -242,12 +319,12 @@ def fit(network: UNet, real: list[Lesson], synthetic: list[Lesson], *, minutes: 
         loss.backward()
         optimizer.step()
         loss_so_far += (loss.item() - loss_so_far) / min(step, 50)
-        if step % 100 == 0:
+        if step % 20 == 0:
             sys.stdout.write(f"step {step}, {done:.0%} of the time, loss {loss_so_far:.3f}\n")
             sys.stdout.flush()
 
 
-def average(network: UNet, other: dict[str, torch.Tensor], real: list[Lesson], synthetic: list[Lesson]) -> None:
+def average(network: UNet, other: dict[str, torch.Tensor], lessons: Lessons) -> None:
     """Set the weights of a network to their mean with other weights, and recompute its batch statistics."""
     own = network.state_dict()
     network.load_state_dict(
@@ -258,7 +335,7 @@ def average(network: UNet, other: dict[str, torch.Tensor], real: list[Lesson], s
             module.reset_running_stats()
             module.momentum = None
     network.train()
-    batches = draw_batches(real, synthetic, np.random.default_rng(3))
+    batches = draw_batches(lessons, np.random.default_rng(3))
     with torch.no_grad():
         for _ in range(STATISTICS_BATCHES):
             network(next(batches)[0])
@@ -270,7 +347,8 @@ def main() -> None:
     parser.add_argument("--data", type=Path)
     parser.add_argument("--fold", type=int, choices=(0, 1), required=True)
     parser.add_argument("--minutes", type=float, default=60)
-    parser.add_argument("--start", type=Path, help="weights to start from")
+    parser.add_argument("--start", type=Path, help="weights to start from, .pt or .onnx")
+    parser.add_argument("--rate", type=float, default=LEARNING_RATE, help="the highest learning rate")
     parser.add_argument("--average", action="store_true", help="with the weights of --start")
     parser.add_argument("--threads", type=int, default=1)
     parser.add_argument("-o", "--out", type=Path, required=True)
@@ -280,14 +358,19 @@ def main() -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         real, synthetic, buildings = read_lessons(find_data(options.data), options.fold)
-    sys.stdout.write(f"{len(real)} plans, {len(synthetic)} synthetic ones, of {len(buildings)} buildings\n")
+    lessons = Lessons(real, synthetic, make_home_lessons(HOME_LESSONS, np.random.default_rng(7 + options.fold)))
+    counts = f"{len(real)} plans, {len(synthetic)} synthetic ones, of {len(buildings)} buildings"
+    sys.stdout.write(f"{counts}, {len(lessons.homes)} lessons of homes\n")
     network = UNet(LAYERS, len(WEIGHTS))
-    start_weights = torch.load(options.start, weights_only=True) if options.start else None
-    if start_weights:
-        network.load_state_dict(start_weights)
-    fit(network, real, synthetic, minutes=options.minutes, seed=options.fold)
-    if start_weights and options.average:
-        average(network, start_weights, real, synthetic)
+    if options.start and options.start.suffix == ".onnx":
+        batches = draw_batches(lessons, np.random.default_rng(3))
+        read_onnx(network, options.start, torch.cat([next(batches)[0] for _ in range(8)]))
+    elif options.start:
+        network.load_state_dict(torch.load(options.start, weights_only=True))
+    start_weights = {key: value.clone() for key, value in network.state_dict().items()}
+    fit(network, lessons, minutes=options.minutes, rate=options.rate, seed=options.fold)
+    if options.start and options.average:
+        average(network, start_weights, lessons)
     torch.save(network.state_dict(), options.out.with_suffix(".pt"))
     names = {"input_name": "sheet", "output_name": "probabilities"}
     write_onnx(Probabilities(network), options.out, inputs=LAYERS, **names)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import onnx
 import torch
 from torch import nn
 from torch.nn import functional
@@ -65,3 +66,49 @@ def write_onnx(network: nn.Module, path: Path, *, inputs: int, input_name: str, 
         opset_version=ONNX_OPSET,
         dynamo=False,
     )
+
+
+def read_onnx(network: UNet, path: Path, layers: torch.Tensor) -> None:
+    """Set the weights of a network to those that write_onnx has written, to train it further.
+
+    layers: shape (N, inputs, H, W), of lessons. The file has no batch normalisation: its statistics are those of these.
+    """
+    graph = onnx.load(str(path)).graph
+    values = {each.name: torch.from_numpy(onnx.numpy_helper.to_array(each).copy()) for each in graph.initializer}
+    written = [[values[name] for name in node.input[1:3]] for node in graph.node if node.op_type == "Conv"]
+    enlarged_first = {
+        conv.input[1]
+        for join in graph.node
+        for conv in graph.node
+        if join.op_type == "Concat" and "Resize" in join.input[0] and conv.input and conv.input[0] == join.output[0]
+    }
+    for name in enlarged_first:
+        # Older files have what comes from below first
+        weight = values[name]
+        beside = weight.shape[0]
+        weight.copy_(torch.cat([weight[:, -beside:], weight[:, :-beside]], 1))
+    blocks = [*network.down, *reversed(network.up)]
+    convolutions = [layer for block in blocks for layer in block if isinstance(layer, nn.Conv2d)]
+    norms = [layer for block in blocks for layer in block if isinstance(layer, nn.BatchNorm2d)]
+    with torch.no_grad():
+        for layer, (weight, _) in zip([*convolutions, network.last], written, strict=True):
+            layer.weight.copy_(weight)
+        network.last.bias.copy_(written[-1][1])
+
+        def normalise(norm: nn.Module, inputs: tuple[torch.Tensor], bias: torch.Tensor) -> None:
+            values = inputs[0]
+            mean, variance = values.mean((0, 2, 3)), values.var((0, 2, 3))
+            norm.running_mean.copy_(mean)
+            norm.running_var.copy_(variance)
+            norm.weight.copy_((variance + norm.eps).sqrt())
+            norm.bias.copy_(bias + mean)
+
+        hooks = [
+            norm.register_forward_pre_hook(lambda norm, inputs, bias=bias: normalise(norm, inputs, bias))
+            for norm, (_, bias) in zip(norms, written, strict=False)
+        ]
+        network.eval()
+        network(layers)
+        for hook in hooks:
+            hook.remove()
+        network.train()
