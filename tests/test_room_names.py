@@ -57,6 +57,14 @@ def test_a_line_over_two_rooms_is_split():
     ("texts", "name"),
     [
         ([line("ROOM", 62, 50), line("CLASS", 50, 52)], "CLASS ROOM"),
+        # Codes of furniture, and the height of a sill
+        ([line("BEDROOM", 40, 40), line("L", 100, 80, width=8)], "BEDROOM"),
+        ([line("BATH", 40, 40), line("TM", 40, 80, width=16)], "BATH"),
+        ([line("BALCONY", 40, 40), line("BH=400", 100, 80)], "BALCONY"),
+        ([line("U/M", 40, 40), line("LIVING", 80, 40)], "LIVING"),
+        ([line("WC", 40, 40, width=16), line("H", 40, 56, width=8)], "WC H"),
+        ([line("ET", 40, 40, width=16)], "ET"),
+        ([line("B-12", 40, 40), line("OFFICE", 80, 40)], "B-12 OFFICE"),
         ([line("RIUNIONI", 50, 95), line("SALA", 50, 50)], "SALA RIUNIONI"),
         ([line("func-", 50, 50), line("tional", 62, 50)], "functional"),
         ([line("B-", 50, 50), line("12", 62, 50)], "B- 12"),

@@ -114,7 +114,9 @@ def draw_home_plan(rng: np.random.Generator) -> HomePlan:
     if rng.random() < 0.8:
         floor = make_home_floor(seed=rng)
     else:
-        floor = make_floor(str(rng.choice(["office", "open_plan", "ward", "corridor", "l"])), seed=int(rng.integers(10**6)))  # type: ignore[arg-type]
+        floor = make_floor(
+            str(rng.choice(["office", "open_plan", "ward", "corridor", "l"])), seed=int(rng.integers(10**6))
+        )  # type: ignore[arg-type]
     floor = change_walls(add_entrance(add_balcony(floor, rng), rng), rng)
     open_lines = tuple(door.line for door in floor.doors if door.width > WIDEST_DOOR and door.kind == "opening")
     doors = tuple(door for door in floor.doors if door.line not in open_lines)
@@ -485,9 +487,7 @@ def write_names(sheet: Sheet, floor: Floor, ink: Color, rng: np.random.Generator
             sheet.write(line, point.x + rng.uniform(-0.2, 0.2), point.y - 1.6 * number * size, size, ink, font)
 
 
-def draw_around(
-    sheet: Sheet, around: shapely.Geometry, ink: Color, thin: float, rng: np.random.Generator
-) -> None:
+def draw_around(sheet: Sheet, around: shapely.Geometry, ink: Color, thin: float, rng: np.random.Generator) -> None:
     """Dimension lines, a compass, boxes of text, a frame or a garden around the building."""
     x0, y0, x1, y1 = around.bounds
     if rng.random() < 0.35:
@@ -520,7 +520,12 @@ def draw_around(
 
 
 def draw_dimensions(
-    sheet: Sheet, start: tuple[float, float], end: tuple[float, float], ink: Color, thin: float, rng: np.random.Generator
+    sheet: Sheet,
+    start: tuple[float, float],
+    end: tuple[float, float],
+    ink: Color,
+    thin: float,
+    rng: np.random.Generator,
 ) -> None:
     """A chain of dimension lines between two points."""
     ends = np.array([start, end])

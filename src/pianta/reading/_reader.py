@@ -262,9 +262,10 @@ class Reader:
         unit = plan.px_per_unit
         symbols = self.options.get("symbols")
         matches = () if symbols is None else (_describe_matches(plan.symbols, Path(symbols)),)
+        was_read = plan.sheet is not None and plan.sheet.texts is None
         for each in plan.floors:
             yield StoreyReading(
-                each.floor,
+                self._correct_spelling(each.floor) if was_read else each.floor,
                 each.grid,
                 name=next(folders),
                 scale=each.scale,
@@ -278,6 +279,14 @@ class Reader:
                     *_describe_missing_doors(each.floor),
                 ),
             )
+
+    def _correct_spelling(self, floor: Floor) -> Floor:
+        """The floor with the words of its rooms that were misread from pixels mended."""
+        from pianta.rooms.home import read_home_dictionary
+        from pianta.rooms.name_dictionary import read_default_room_name_dictionary
+        from pianta.rooms.spelling import correct_spelling
+
+        return correct_spelling(floor, read_default_room_name_dictionary(), read_home_dictionary())
 
 
 def _describe_missing_doors(floor: Floor) -> list[str]:

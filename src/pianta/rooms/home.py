@@ -76,7 +76,7 @@ def join_home_names(storeys: Sequence[HomeNames]) -> HomeNames:
 
 def read_home_names(floor: Floor, words: RoomNameDictionary | None = None) -> HomeNames:
     """What the names of a floor's rooms say about a home; words: the user's, which count before those of pianta."""
-    home = _read_home_dictionary()
+    home = read_home_dictionary()
     elsewhere = words or read_default_room_name_dictionary()
     labels, certain, others = {}, set(), set()
     for room in floor:
@@ -137,5 +137,5 @@ def _label_room(room: Room, probabilities: Mapping[str, float]) -> Room:
 
 
 @cache
-def _read_home_dictionary() -> RoomNameDictionary:
+def read_home_dictionary() -> RoomNameDictionary:
     return parse_dictionary(Path(__file__).with_name("home_names.json").read_bytes())

@@ -28,6 +28,7 @@ class RoomNameParameters:
 
     line_distance: float = 1.9  # heights from one line of a name to the next, at most
     word_distance: float = 2.0  # heights between two words on a line, at most
+    code_distance: float = 0.7  # the same if one is a code such as TM, which plans write on furniture
     same_line: float = 0.6  # heights between middles, from which on two texts are on different lines
     line_indent: float = 0.5  # heights of blank between texts on different lines, along them, at most
     join_line: float = 0.5  # heights between the middles of two texts of a line when they are joined
@@ -41,7 +42,10 @@ PARAMETERS = RoomNameParameters()
 # What plans write at a spot in a room, not about the room; and chairs, tables and crosses that were read as letters
 _REMARKS = frozenset({"up", "dn", "down", "su", "giu", "auf", "ab", "oh", "ref", "dw", "w", "d", "wh", "fe", "exit"})
 # A text without a word that has these is a size or a strength which was misread
-_MISREAD_MEASURE = re.compile(r"\d\s*['\"°“”„*~=]|\d\W*[x×*]\W*\d|\d\w*#", re.IGNORECASE)
+_MISREAD_MEASURE = re.compile(r"\d\s*['\"°“”„*~=]|\d\W*[x×*]\W*\d|\d\w*#|=\s*\d", re.IGNORECASE)
+# What may stand before the name of a room: 12, B-12, 2.04a
+_ROOM_NUMBER = re.compile(r"[^\W\d_]{0,3}[-. ]?\d[\d./-]*[^\W\d_]?\.?")
+_FURNITURE_CODE = re.compile(r"[A-Z]{1,2}(/[A-Z]{1,2})?")
 _CIRCLES = re.compile(r"[0Oo\s]+|[xX]")
 
 
@@ -67,17 +71,19 @@ def name_rooms(floor: Floor, texts: Sequence[PlacedText], grid: GridMap, legend:
 def compose_room_name(texts: Sequence[PlacedText], legend: Legend | None = None) -> str | None:
     """The name of a room by the texts in it, None if they name nothing.
 
-    Of texts apart from each other, numbers come first, then the largest and longest of the others.
+    Of texts apart from each other, numbers come first, then the largest and longest of the others; codes such as TM
+    name a room only if nothing else does.
     """
     legend = legend or Legend()
     highest = sorted(texts, key=lambda text: (-text.height, *text.middle, text.text))[:MAX_TEXTS]
     candidates = sorted(_without_measures(highest), key=lambda text: (*text.middle, text.text))
     keys = [text for text in candidates if legend.find_name(text.text)]
     groups = [_join_lines(group) for group in _group_lines([text for text in candidates if text not in keys])]
-    numbers = [*(text.text for text in keys), *(text for text, _ in groups if not _has_word(text))]
+    codes = [text for text, _ in groups if not _has_word(text)]
+    numbers = [*(text.text for text in keys), *(text for text in codes if _ROOM_NUMBER.fullmatch(text))]
     own = max(((weight, text) for text, weight in groups if _has_word(text)), default=None)
     by_legend = [name for text in keys if (name := legend.find_name(text.text))]
-    parts = [*numbers[:1], own[1]] if own else list(dict.fromkeys(by_legend)) or numbers[:1]
+    parts = [*numbers[:1], own[1]] if own else list(dict.fromkeys(by_legend)) or (numbers or codes)[:1]
     name = "".join(sign if sign.isprintable() else " " for sign in " ".join(parts))
     return " ".join(name.split())[:MAX_ROOM_NAME_LENGTH].strip() or None
 
@@ -156,7 +162,10 @@ def _belong(one: PlacedText, other: PlacedText) -> bool:
     widths = [float(np.hypot(*(text.corners[1] - text.corners[0]))) for text in (one, other)]
     gap = abs(float(offset @ along)) - sum(widths) / 2
     lines = abs(float(offset @ down)) / height
-    longest_gap = p.line_indent if lines > p.same_line else p.word_distance
+    word_gap = (
+        p.code_distance if any(_FURNITURE_CODE.fullmatch(text.text) for text in (one, other)) else p.word_distance
+    )
+    longest_gap = p.line_indent if lines > p.same_line else word_gap
     return lines <= p.line_distance and gap <= longest_gap * height
 
 
