@@ -8,8 +8,8 @@ two named parts, they are one. Many outlines started from what pianta had read, 
 
 A room is right if it has an IoU of 0.7 with one that was read; *false* are rooms without a flag that are right for
 none. A door is right if a read one, of kind "door", has its middle within 0.6 widths of its own. A name is right if it
-is read letter by letter, apart from case, spaces and punctuation. Misread words are mended as `pianta.read` does. The pictures were looked at while the reader was written: nothing
-here is held out.
+is read letter by letter, apart from case, spaces and punctuation; misread words are mended as `pianta.read` does. The
+pictures were looked at while the reader was written: nothing here is held out.
 """
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ from typing import Any
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
-from shapely import Polygon, get_coordinates
+from shapely import LinearRing, LineString, Polygon, get_coordinates
 
 from pianta.errors import PlanWarning
-from pianta.plan.read_plan import PlanReading, read_plan
+from pianta.plan.read_plan import PlanFloor, PlanReading, read_plan
 from pianta.plan.walls.segmentation import NETWORKS
 from pianta.rooms.home import read_home_dictionary
 from pianta.rooms.name_dictionary import read_default_room_name_dictionary
@@ -85,18 +85,18 @@ def score_reading(reading: PlanReading, truth: dict[str, Any]) -> Score:
     """The counts of a plan; truth: of `plan_truth.json`."""
     rooms, names, doors = [], [], []
     for each in reading.floors:
+
+        def place(line: LineString | LinearRing, each: PlanFloor = each) -> np.ndarray:
+            return np.column_stack(each.grid.map_to_pixel(*get_coordinates(line).T))
+
         for room in correct_spelling(each.floor, read_default_room_name_dictionary(), read_home_dictionary()):
             if room.flag not in {"outside", "attic", "roof"}:
-                outline = np.column_stack(each.grid.map_to_pixel(*get_coordinates(room.polygon.exterior).T))
-                rooms.append(Polygon(outline).buffer(0))
+                rooms.append(Polygon(place(room.polygon.exterior)).buffer(0))
                 names.append(" ".join(filter(None, (room.number, room.name))))
-        for door in each.floor.doors:
-            if door.kind == "door":
-                doors.append(np.column_stack(each.grid.map_to_pixel(*get_coordinates(door.line).T)).mean(axis=0))
+        doors += [place(door.line).mean(axis=0) for door in each.floor.doors if door.kind == "door"]
     true_rooms = [Polygon(room["outline"]).buffer(0) for room in truth["rooms"]]
-    overlaps = np.array([[iou(one, other) for other in rooms] for one in true_rooms]).reshape(
-        len(true_rooms), len(rooms)
-    )
+    shares = [[iou(one, other) for other in rooms] for one in true_rooms]
+    overlaps = np.array(shares).reshape(len(true_rooms), len(rooms))
     pairs = match(overlaps >= RIGHT_IOU)
     named = [index for index, room in enumerate(truth["rooms"]) if "name" in room]
     best = {index: names[int(overlaps[index].argmax())] for index in named} if rooms else {}

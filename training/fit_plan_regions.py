@@ -28,10 +28,10 @@ import cv2
 import numpy as np
 import shapely
 import torch
+from home_plans import HomePlan, draw_home_plan
 from numpy.typing import NDArray
 from torch import nn
 from torch.nn import functional
-from home_plans import HomePlan, draw_home_plan
 from unet import UNet, has_bfloat16, read_onnx, write_onnx
 
 from pianta.errors import PiantaError

@@ -8,13 +8,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from typing import Any
+from itertools import pairwise
+from typing import Any, NamedTuple
 
 import cv2
 import numpy as np
 import shapely
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from shapely import LineString, Point, Polygon, box, unary_union
+from shapely.coords import CoordinateSequence
 
 from pianta._types import Floats
 from pianta.floor import Door, Floor, Room
@@ -50,6 +52,28 @@ class HomePlan:
     open_lines: tuple[LineString, ...]
 
 
+class Lettering(NamedTuple):
+    """The height of capitals, metres, and one of OpenCV's fonts."""
+
+    height: float
+    font: int
+
+
+class Pen(NamedTuple):
+    """The colour and the width, pixels, of thin lines."""
+
+    ink: Color
+    width: float
+
+
+class DoorLine(NamedTuple):
+    """The jambs of a door, and where its leaf opens to from the first, as long as the door is wide; shape (2,) each."""
+
+    start: Floats
+    end: Floats
+    across: Floats
+
+
 class Sheet:
     """Paper that is drawn on in metres, y up."""
 
@@ -60,7 +84,7 @@ class Sheet:
         self.colors = np.full((height, width, 3), paper, np.uint8)
         self.grid = GridMap(np.full((height, width), UNKNOWN, np.int8), 1 / px_per_metre, (x0, y0, 0.0))
 
-    def points(self, coordinates: Any) -> NDArray[np.int32]:
+    def points(self, coordinates: ArrayLike | CoordinateSequence) -> NDArray[np.int32]:
         """Corners for OpenCV, of x and y."""
         rows, cols = self.grid.map_to_pixel(*np.asarray(coordinates, float)[:, :2].T)
         return np.rint((np.column_stack([cols, rows]) - 0.5) * 2**SHIFT).astype(np.int32)
@@ -72,7 +96,9 @@ class Sheet:
                 rings = [self.points(ring.coords) for ring in (part.exterior, *part.interiors)]
                 cv2.fillPoly(self.colors, rings, color, cv2.LINE_AA, SHIFT)
 
-    def line(self, coordinates: Any, color: Color, width: float = 1, *, closed: bool = False) -> None:
+    def line(
+        self, coordinates: ArrayLike | CoordinateSequence, color: Color, width: float = 1, *, closed: bool = False
+    ) -> None:
         """A line through points; width: pixels."""
         points = [self.points(coordinates)]
         cv2.polylines(self.colors, points, closed, color, max(1, round(width)), cv2.LINE_AA, SHIFT)
@@ -100,8 +126,9 @@ class Sheet:
                 if isinstance(piece, LineString) and piece.length > 0:
                     self.line(piece.coords, color, width)
 
-    def write(self, text: str, x: float, y: float, height: float, color: Color, font: int) -> None:
-        """A text around a point; height: metres of a capital."""
+    def write(self, text: str, at: tuple[float, float], lettering: Lettering, color: Color) -> None:
+        """A text around a point."""
+        (x, y), (height, font) = at, lettering
         scale = height * self.px / 22
         (width, _), _ = cv2.getTextSize(text, font, scale, 1)
         (col, row), *_ = self.points([(x, y)]) / 2**SHIFT
@@ -130,13 +157,14 @@ def draw_home_plan(rng: np.random.Generator) -> HomePlan:
     px = float(np.exp(rng.uniform(np.log(14), np.log(55))))
     paper = WHITE if rng.random() < 0.75 else tuple(int(tone) for tone in rng.integers(225, 256, 3))
     sheet = Sheet((x0 - margins[0], y0 - margins[1], x1 + margins[2], y1 + margins[3]), px, paper)  # type: ignore[arg-type]
-    thin = max(1.0, px / 40 * rng.uniform(0.6, 1.6))
+    width = max(1.0, px / 40 * rng.uniform(0.6, 1.6))
     ink = tuple([int(rng.choice([0, 0, 30, 70, 110]))] * 3)
-    draw_around(sheet, around, ink, thin, rng)
-    pave_rooms(sheet, floor, ink, thin, rng)
-    furnish(sheet, floor, ink, thin, rng)
-    draw_walls(sheet, floor, footprint, [*open_lines, *(door.line for door in doors)], ink, thin, rng)
-    draw_doors(sheet, floor, ink, thin, rng)
+    pen = Pen(ink, width)
+    draw_around(sheet, around, pen, rng)
+    pave_rooms(sheet, floor, pen, rng)
+    furnish(sheet, floor, pen, rng)
+    draw_walls(sheet, floor, footprint, [*open_lines, *(door.line for door in doors)], pen, rng=rng)
+    draw_doors(sheet, floor, pen, rng)
     write_names(sheet, floor, ink, rng)
     return HomePlan(photograph(sheet.colors, rng), floor, sheet.grid, open_lines)
 
@@ -148,7 +176,7 @@ def add_balcony(floor: Floor, rng: np.random.Generator) -> Floor:
     building = unary_union([room.polygon for room in floor]).buffer(OUTER_WALL, join_style="mitre")
     for room in rng.permutation(np.array(floor.rooms, object)):
         coordinates = np.asarray(room.polygon.exterior.coords)[:, :2]
-        for start, end in zip(coordinates[:-1], coordinates[1:], strict=True):
+        for start, end in pairwise(coordinates):
             length = float(np.hypot(*(end - start)))
             along = (end - start) / max(length, 1e-9)
             depth, outwards = rng.uniform(1.0, 2.2), np.array([along[1], -along[0]])
@@ -174,7 +202,7 @@ def add_entrance(floor: Floor, rng: np.random.Generator) -> Floor:
     building = unary_union([room.polygon for room in floor]).buffer(0.3 * OUTER_WALL, join_style="mitre")
     for room in rng.permutation(np.array(floor.rooms, object)):
         coordinates = np.asarray(room.polygon.exterior.coords)[:, :2]
-        for start, end in zip(coordinates[:-1], coordinates[1:], strict=True):
+        for start, end in pairwise(coordinates):
             length, width = float(np.hypot(*(end - start))), rng.uniform(0.8, 1.1)
             if room.label not in {"CORRIDOR", "LIVING ROOM", "HALL", "KITCHEN"} or length < width + 0.2:
                 continue
@@ -199,12 +227,12 @@ def change_walls(floor: Floor, rng: np.random.Generator) -> Floor:
     return replace(floor, rooms=tuple(map(change, floor.rooms)))
 
 
-def pave_rooms(sheet: Sheet, floor: Floor, ink: Color, thin: float, rng: np.random.Generator) -> None:
+def pave_rooms(sheet: Sheet, floor: Floor, pen: Pen, rng: np.random.Generator) -> None:
     """Rooms in colours, with tiles or boards."""
     palette = [None, PASTELS, STRONG][int(rng.choice(3, p=(0.6, 0.28, 0.12)))]
     one_color = rng.random() < 0.3
     tiles, boards = rng.random() < 0.35, rng.random() < 0.15
-    pale = tuple(int(tone) for tone in 255 - (255 - np.array(ink)) * rng.uniform(0.15, 0.7))
+    pale = tuple(int(tone) for tone in 255 - (255 - np.array(pen.ink)) * rng.uniform(0.15, 0.7))
     for index, room in enumerate(floor):
         if palette:
             color = palette[0 if one_color else (index + int(rng.integers(2))) % len(palette)]
@@ -214,51 +242,53 @@ def pave_rooms(sheet: Sheet, floor: Floor, ink: Color, thin: float, rng: np.rand
             sheet.hatch(room.polygon, pale, pitch=pitch, angle=turn, width=1)
             sheet.hatch(room.polygon, pale, pitch=pitch, angle=turn + np.pi / 2, width=1)
         elif boards and room.label not in {"BATHROOM", "TOILET"}:
-            sheet.hatch(room.polygon, pale, pitch=rng.uniform(0.12, 0.3), angle=rng.choice([0, np.pi / 2]), width=thin)
+            sheet.hatch(
+                room.polygon, pale, pitch=rng.uniform(0.12, 0.3), angle=rng.choice([0, np.pi / 2]), width=pen.width
+            )
 
 
-def furnish(sheet: Sheet, floor: Floor, ink: Color, thin: float, rng: np.random.Generator) -> None:
+def furnish(sheet: Sheet, floor: Floor, pen: Pen, rng: np.random.Generator) -> None:
     """Furniture from above, stairs and wardrobes."""
     density = float(rng.choice([0, 0.6, 1.0, 1.5], p=(0.2, 0.2, 0.35, 0.25)))
     filling: list[Color | None] = [None, WHITE, (235, 235, 235), (205, 205, 205), (240, 225, 200)]
     color = filling[int(rng.integers(len(filling)))]
-    width = thin * rng.uniform(0.5, 1.0)
+    fine = Pen(pen.ink, pen.width * rng.uniform(0.5, 1.0))
     for piece in furnish_densely(floor, density=density, rng=rng) if density else []:
         if piece.area < SMALLEST_PIECE:
             continue
         if color is not None:
             sheet.fill(piece, color)
-        sheet.outline(piece, ink, width)
+        sheet.outline(piece, *fine)
         if piece.area > 0.25 and rng.random() < 0.6:
-            draw_details(sheet, piece, ink, width, rng)
+            draw_details(sheet, piece, fine, rng)
     for room in floor:
         if room.label in {"CORRIDOR", "LIVING ROOM", "HALL"} and rng.random() < 0.2:
-            draw_stairs(sheet, room.polygon, ink, width, rng)
+            draw_stairs(sheet, room.polygon, fine, rng)
         if room.label == "BEDROOM" and rng.random() < 0.3:
-            draw_wardrobe(sheet, room.polygon, ink, width, rng)
+            draw_wardrobe(sheet, room.polygon, fine, rng)
 
 
-def draw_details(sheet: Sheet, piece: Polygon, ink: Color, width: float, rng: np.random.Generator) -> None:
+def draw_details(sheet: Sheet, piece: Polygon, pen: Pen, rng: np.random.Generator) -> None:
     """Inner lines of a piece: a rim, a circle, a diagonal cross, or pillows."""
     kind = int(rng.integers(4))
     if kind == 0:
-        sheet.outline(piece.buffer(-rng.uniform(0.05, 0.12), join_style="mitre"), ink, width)
+        sheet.outline(piece.buffer(-rng.uniform(0.05, 0.12), join_style="mitre"), *pen)
     elif kind == 1:
         x, y = piece.centroid.coords[0]
         for _ in range(int(rng.integers(1, 4))):
-            sheet.outline(Point(x, y).buffer(rng.uniform(0.06, 0.2)), ink, width)
+            sheet.outline(Point(x, y).buffer(rng.uniform(0.06, 0.2)), *pen)
             x, y = x + rng.uniform(-0.25, 0.25), y + rng.uniform(-0.25, 0.25)
     else:
         corners = np.asarray(piece.exterior.coords)[:4, :2]
         if kind == 2 and len(corners) == 4:
-            sheet.line(corners[[0, 2]], ink, width)
-            sheet.line(corners[[1, 3]], ink, width)
+            sheet.line(corners[[0, 2]], *pen)
+            sheet.line(corners[[1, 3]], *pen)
         else:
             cut = piece.intersection(piece.envelope.buffer(0).intersection(shapely.affinity.translate(piece, 0.3, 0.3)))
-            sheet.outline(cut, ink, width)
+            sheet.outline(cut, *pen)
 
 
-def draw_stairs(sheet: Sheet, room: Polygon, ink: Color, width: float, rng: np.random.Generator) -> None:
+def draw_stairs(sheet: Sheet, room: Polygon, pen: Pen, rng: np.random.Generator) -> None:
     """A flight of stairs along a side of a room."""
     x0, y0, x1, y1 = room.bounds
     run, flight = rng.uniform(0.8, 1.1), rng.uniform(1.5, 3.2)
@@ -266,21 +296,21 @@ def draw_stairs(sheet: Sheet, room: Polygon, ink: Color, width: float, rng: np.r
     length, depth = (flight, run) if along_x else (run, flight)
     x, y = (x0, y0) if rng.random() < 0.5 else (x1 - length, y1 - depth)
     shape = box(x, y, x + length, y + depth).intersection(room)
-    sheet.outline(shape, ink, width)
-    sheet.hatch(shape, ink, pitch=rng.uniform(0.22, 0.3), angle=np.pi / 2 if along_x else 0.0, width=width)
+    sheet.outline(shape, *pen)
+    sheet.hatch(shape, pen.ink, pitch=rng.uniform(0.22, 0.3), angle=np.pi / 2 if along_x else 0.0, width=pen.width)
 
 
-def draw_wardrobe(sheet: Sheet, room: Polygon, ink: Color, width: float, rng: np.random.Generator) -> None:
+def draw_wardrobe(sheet: Sheet, room: Polygon, pen: Pen, rng: np.random.Generator) -> None:
     """A wardrobe along a side of a room, with hangers, doors or a line."""
     x0, y0, x1, y1 = room.bounds
     depth = rng.uniform(0.55, 0.65)
     shape = [box(x0, y0, x1, y0 + depth), box(x0, y0, x0 + depth, y1), box(x1 - depth, y0, x1, y1)][rng.integers(3)]
     shape = shape.intersection(room)
-    sheet.outline(shape, ink, width)
+    sheet.outline(shape, *pen)
     if rng.random() < 0.6:
         along_x = shape.bounds[2] - shape.bounds[0] > shape.bounds[3] - shape.bounds[1]
         turn = (np.pi / 2 if along_x else 0.0) + rng.choice([0, 0.2])
-        sheet.hatch(shape, ink, pitch=rng.uniform(0.08, 0.6), angle=turn, width=1)
+        sheet.hatch(shape, pen.ink, pitch=rng.uniform(0.08, 0.6), angle=turn, width=1)
 
 
 def draw_walls(
@@ -288,8 +318,8 @@ def draw_walls(
     floor: Floor,
     footprint: shapely.Geometry,
     gaps: list[LineString],
-    ink: Color,
-    thin: float,
+    pen: Pen,
+    *,
     rng: np.random.Generator,
 ) -> None:
     """Walls with gaps, windows, and railings of balconies."""
@@ -299,7 +329,7 @@ def draw_walls(
     windows = list(place_windows(floor, footprint, rng))
     style = rng.choice(["solid", "outline", "hatched", "tinted"], p=(0.45, 0.2, 0.2, 0.15))
     frames = unary_union([window.buffer(OUTER_WALL, cap_style="flat") for window in windows]).intersection(whole)
-    if windows and style != "solid" or rng.random() < 0.8:
+    if (windows and style != "solid") or rng.random() < 0.8:
         body = body.difference(frames)
     color: Any = WALL_COLORS[int(rng.integers(len(WALL_COLORS)))]
     if style == "solid":
@@ -311,23 +341,23 @@ def draw_walls(
         else:
             sheet.fill(body, WHITE)
         if style == "hatched":
-            sheet.hatch(body, ink, pitch=rng.uniform(0.06, 0.3), angle=rng.choice([0.25, 0.75]) * np.pi, width=1)
-        sheet.outline(body, ink, thin * rng.uniform(0.8, 2))
+            sheet.hatch(body, pen.ink, pitch=rng.uniform(0.06, 0.3), angle=rng.choice([0.25, 0.75]) * np.pi, width=1)
+        sheet.outline(body, pen.ink, pen.width * rng.uniform(0.8, 2))
     panes = int(rng.integers(1, 4))
     glass: Any = WHITE if rng.random() < 0.7 else (166, 216, 84)
     for window in windows:
         frame = window.buffer(OUTER_WALL, cap_style="flat").intersection(whole)
         sheet.fill(frame, glass)
-        sheet.outline(frame, ink, thin)
+        sheet.outline(frame, *pen)
         if panes > 1:
             short = min(frame.bounds[2] - frame.bounds[0], frame.bounds[3] - frame.bounds[1])
             turn = np.arctan2(*(np.diff(np.asarray(window.coords), axis=0)[0, ::-1]))
-            sheet.hatch(frame, ink, pitch=max(short / panes, 0.04), angle=float(turn), width=thin)
+            sheet.hatch(frame, pen.ink, pitch=max(short / panes, 0.04), angle=float(turn), width=pen.width)
     for room in floor:
         if room.label == "BALCONY":
-            sheet.outline(room.polygon, ink, thin * rng.uniform(1, 2))
+            sheet.outline(room.polygon, pen.ink, pen.width * rng.uniform(1, 2))
             if rng.random() < 0.5:
-                sheet.outline(room.polygon.buffer(rng.uniform(0.06, 0.12), join_style="mitre"), ink, thin)
+                sheet.outline(room.polygon.buffer(rng.uniform(0.06, 0.12), join_style="mitre"), *pen)
 
 
 def place_windows(floor: Floor, footprint: shapely.Geometry, rng: np.random.Generator) -> Iterator[LineString]:
@@ -337,7 +367,7 @@ def place_windows(floor: Floor, footprint: shapely.Geometry, rng: np.random.Gene
     outline = footprint.buffer(0).boundary
     for room in floor:
         coordinates = np.asarray(room.polygon.exterior.coords)[:, :2]
-        for start, end in zip(coordinates[:-1], coordinates[1:], strict=True):
+        for start, end in pairwise(coordinates):
             length = float(np.hypot(*(end - start)))
             if room.label == "BALCONY" or length < 1.2 or rng.random() < 0.3:
                 continue
@@ -349,14 +379,14 @@ def place_windows(floor: Floor, footprint: shapely.Geometry, rng: np.random.Gene
                 yield line
 
 
-def draw_doors(sheet: Sheet, floor: Floor, ink: Color, thin: float, rng: np.random.Generator) -> None:
+def draw_doors(sheet: Sheet, floor: Floor, pen: Pen, rng: np.random.Generator) -> None:
     """Each door in the style of the plan, some in another one."""
     styles = tuple(DOOR_STYLES)
     usual = str(rng.choice(styles, p=DOOR_SHARES))
-    color: Any = ((231, 138, 195), (141, 211, 199), (200, 200, 200), ink)[int(rng.integers(4))]
+    color: Any = ((231, 138, 195), (141, 211, 199), (200, 200, 200), pen.ink)[int(rng.integers(4))]
     threshold = rng.random() < 0.25
     depth = rng.uniform(0.06, 0.2)
-    width = max(1.0, thin * rng.uniform(0.5, 1.3))
+    width = max(1.0, pen.width * rng.uniform(0.5, 1.3))
     for door in floor.doors:
         style = usual if rng.random() < 0.85 else str(rng.choice(styles))
         if door.kind == "opening":
@@ -368,8 +398,8 @@ def draw_doors(sheet: Sheet, floor: Floor, ink: Color, thin: float, rng: np.rand
         if threshold:
             off = across / np.hypot(*across) * depth / 2
             for way in (off, -off):
-                sheet.line([start + way, end + way], ink, width)
-        DOOR_STYLES[style](sheet, start, end, across, color if style == "patch" else ink, width)
+                sheet.line([start + way, end + way], pen.ink, width)
+        DOOR_STYLES[style](sheet, DoorLine(start, end, across), Pen(color if style == "patch" else pen.ink, width))
 
 
 def _arc(hinge: Floats, closed: Floats, opened: Floats, until: float = 90) -> Floats:
@@ -377,79 +407,88 @@ def _arc(hinge: Floats, closed: Floats, opened: Floats, until: float = 90) -> Fl
     return np.asarray(hinge + np.cos(angles) * closed + np.sin(angles) * opened)
 
 
-def _draw_arc(sheet: Sheet, start: Floats, end: Floats, across: Floats, ink: Color, width: float) -> None:
+def _draw_arc(sheet: Sheet, door: DoorLine, pen: Pen) -> None:
+    (start, end, across), (ink, width) = door, pen
     face = start + across * 0.08
     sheet.line(_arc(face, end - start, across), ink, width)
     sheet.line([face, face + across], ink, width)
 
 
-def _draw_sector(sheet: Sheet, start: Floats, end: Floats, across: Floats, ink: Color, width: float) -> None:
+def _draw_sector(sheet: Sheet, door: DoorLine, pen: Pen) -> None:
+    (start, end, across), (ink, width) = door, pen
     shape = Polygon([start, *_arc(start, end - start, across)])
     sheet.fill(shape, WHITE)
     sheet.outline(shape, ink, width)
 
 
-def _draw_panel(sheet: Sheet, start: Floats, end: Floats, across: Floats, ink: Color, width: float) -> None:
+def _draw_panel(sheet: Sheet, door: DoorLine, pen: Pen) -> None:
     """A leaf of its thickness, with its arc."""
-    _draw_leaf_box(sheet, start, end, across, ink, width)
+    (start, end, across), (ink, width) = door, pen
+    _draw_leaf_box(sheet, door, pen)
     sheet.line(_arc(start, end - start, across), ink, max(1, width / 2))
 
 
-def _draw_leaf_box(sheet: Sheet, start: Floats, end: Floats, across: Floats, ink: Color, width: float) -> None:
+def _draw_leaf_box(sheet: Sheet, door: DoorLine, pen: Pen) -> None:
+    (start, end, across), (ink, width) = door, pen
     thick = (end - start) * 0.06
     shape = Polygon([start, start + across, start + across + thick, start + thick])
     sheet.fill(shape, WHITE)
     sheet.outline(shape, ink, width)
 
 
-def _draw_leaf(sheet: Sheet, start: Floats, end: Floats, across: Floats, ink: Color, width: float) -> None:
+def _draw_leaf(sheet: Sheet, door: DoorLine, pen: Pen) -> None:
+    (start, end, across), (ink, width) = door, pen
     sheet.line([start, start + (end - start + across) / 2**0.5], ink, 2 * width)
 
 
-def _draw_half_open(sheet: Sheet, start: Floats, end: Floats, across: Floats, ink: Color, width: float) -> None:
+def _draw_half_open(sheet: Sheet, door: DoorLine, pen: Pen) -> None:
+    (start, end, across), (ink, width) = door, pen
     arc = _arc(start, end - start, across, 45)
     sheet.line(arc, ink, width)
     sheet.line([start, arc[-1]], ink, width)
 
 
-def _draw_double(sheet: Sheet, start: Floats, end: Floats, across: Floats, ink: Color, width: float) -> None:
+def _draw_double(sheet: Sheet, door: DoorLine, pen: Pen) -> None:
+    (start, end, across), (ink, width) = door, pen
     half = (end - start) / 2
     for hinge, closed in ((start, half), (end, -half)):
         sheet.line(_arc(hinge, closed, across / 2), ink, width)
         sheet.line([hinge, hinge + across / 2], ink, width)
 
 
-def _draw_sliding(sheet: Sheet, start: Floats, end: Floats, across: Floats, ink: Color, width: float) -> None:
+def _draw_sliding(sheet: Sheet, door: DoorLine, pen: Pen) -> None:
+    (start, end, across), (ink, width) = door, pen
     for first, last, off in ((0.0, 0.55, 0.03), (0.45, 1.0, -0.03)):
         ends = start + np.outer([first, last], end - start) + across * off
         sheet.line(ends, ink, width)
         sheet.line(ends + across * off, ink, width)
 
 
-def _draw_pocket(sheet: Sheet, start: Floats, end: Floats, across: Floats, ink: Color, width: float) -> None:
-    ends = start + np.outer([-0.6, 0.5], end - start)
+def _draw_pocket(sheet: Sheet, door: DoorLine, pen: Pen) -> None:
+    ends = door.start + np.outer([-0.6, 0.5], door.end - door.start)
     shape = LineString(ends).buffer(0.03, cap_style="flat")
     sheet.fill(shape, WHITE)
-    sheet.outline(shape, ink, width)
+    sheet.outline(shape, *pen)
 
 
-def _draw_folding(sheet: Sheet, start: Floats, end: Floats, across: Floats, ink: Color, width: float) -> None:
+def _draw_folding(sheet: Sheet, door: DoorLine, pen: Pen) -> None:
+    (start, end, across), (ink, width) = door, pen
     along = end - start
     sheet.line(start + np.outer([0, 0.25, 0.5], along) + np.outer([0, 0.3, 0], across), ink, width)
     sheet.line(end - np.outer([0, 0.25, 0.5], along) + np.outer([0, 0.3, 0], across), ink, width)
 
 
-def _draw_patch(sheet: Sheet, start: Floats, end: Floats, across: Floats, ink: Color, width: float) -> None:
-    shape = LineString([start, end]).buffer(np.hypot(*across) * 0.11, cap_style="flat")
-    sheet.fill(shape, ink if ink != (0, 0, 0) else (200, 200, 200))
-    sheet.outline(shape, (60, 60, 60), width)
+def _draw_patch(sheet: Sheet, door: DoorLine, pen: Pen) -> None:
+    shape = LineString([door.start, door.end]).buffer(np.hypot(*door.across) * 0.11, cap_style="flat")
+    sheet.fill(shape, pen.ink if pen.ink != (0, 0, 0) else (200, 200, 200))
+    sheet.outline(shape, (60, 60, 60), pen.width)
 
 
-def _draw_gap(_sheet: Sheet, _start: Floats, _end: Floats, _across: Floats, _ink: Color, _width: float) -> None:
+def _draw_gap(_sheet: Sheet, _door: DoorLine, _pen: Pen) -> None:
     """Nothing."""
 
 
-DOOR_STYLES: dict[str, Callable[[Sheet, Floats, Floats, Floats, Color, float], None]] = {
+DOOR_STYLES: dict[str, Callable[[Sheet, DoorLine, Pen], None]] = {
     "arc": _draw_arc,
     "sector": _draw_sector,
     "panel": _draw_panel,
@@ -484,61 +523,54 @@ def write_names(sheet: Sheet, floor: Floor, ink: Color, rng: np.random.Generator
         point = room.polygon.representative_point()
         for number, line in enumerate(lines):
             size = height if room.polygon.area > 6 else 0.7 * height
-            sheet.write(line, point.x + rng.uniform(-0.2, 0.2), point.y - 1.6 * number * size, size, ink, font)
+            at = point.x + rng.uniform(-0.2, 0.2), point.y - 1.6 * number * size
+            sheet.write(line, at, Lettering(size, font), ink)
 
 
-def draw_around(sheet: Sheet, around: shapely.Geometry, ink: Color, thin: float, rng: np.random.Generator) -> None:
+def draw_around(sheet: Sheet, around: shapely.Geometry, pen: Pen, rng: np.random.Generator) -> None:
     """Dimension lines, a compass, boxes of text, a frame or a garden around the building."""
     x0, y0, x1, y1 = around.bounds
     if rng.random() < 0.35:
         for number in range(int(rng.integers(1, 3))):
             off = 0.5 + 0.5 * number
-            draw_dimensions(sheet, (x0, y0 - off), (x1, y0 - off), ink, thin, rng)
-            draw_dimensions(sheet, (x0 - off, y0), (x0 - off, y1), ink, thin, rng)
+            draw_dimensions(sheet, np.array([(x0, y0 - off), (x1, y0 - off)]), pen, rng)
+            draw_dimensions(sheet, np.array([(x0 - off, y0), (x0 - off, y1)]), pen, rng)
     left, top = sheet.grid.origin[0], sheet.grid.origin[1] + sheet.grid.shape[0] / sheet.px
     right, low = left + sheet.grid.shape[1] / sheet.px, sheet.grid.origin[1]
     if rng.random() < 0.25:
         inset = rng.uniform(0.05, 0.3)
-        sheet.outline(box(left, low, right, top).buffer(-inset), ink, thin * rng.uniform(1, 3))
+        sheet.outline(box(left, low, right, top).buffer(-inset), pen.ink, pen.width * rng.uniform(1, 3))
     if rng.random() < 0.3:
         x, y = rng.choice([left + 0.8, right - 0.8]), rng.choice([top - 0.8, low + 0.8])
-        sheet.outline(Point(x, y).buffer(rng.uniform(0.3, 0.6)), ink, thin)
-        sheet.line([(x, y - 0.5), (x, y + 0.5), (x + 0.1, y + 0.2)], ink, thin)
+        sheet.outline(Point(x, y).buffer(rng.uniform(0.3, 0.6)), *pen)
+        sheet.line([(x, y - 0.5), (x, y + 0.5), (x + 0.1, y + 0.2)], *pen)
     if rng.random() < 0.3:
         x, y = rng.uniform(left, right), rng.choice([top - 0.6, low + 0.4])
         shape = box(x, y - 0.4, x + rng.uniform(1, 4), y + 0.4)
         if rng.random() < 0.5:
             sheet.fill(shape, PASTELS[int(rng.integers(len(PASTELS)))])
-        sheet.outline(shape, ink, thin)
+        sheet.outline(shape, *pen)
         for line in np.arange(y - 0.2, y + 0.3, 0.3):
-            sheet.write("Approx. floor area", x + 1, float(line), 0.15, ink, FONTS[0])
+            sheet.write("Approx. floor area", (x + 1, float(line)), Lettering(0.15, FONTS[0]), pen.ink)
     if rng.random() < 0.12:
         for _ in range(int(rng.integers(2, 8))):
             x, y = rng.uniform(left, right), rng.uniform(low, top)
-            sheet.outline(Point(x, y).buffer(rng.uniform(0.4, 1.3)), (120, 160, 120), thin)
+            sheet.outline(Point(x, y).buffer(rng.uniform(0.4, 1.3)), (120, 160, 120), pen.width)
     sheet.fill(around, WHITE)
 
 
-def draw_dimensions(
-    sheet: Sheet,
-    start: tuple[float, float],
-    end: tuple[float, float],
-    ink: Color,
-    thin: float,
-    rng: np.random.Generator,
-) -> None:
-    """A chain of dimension lines between two points."""
-    ends = np.array([start, end])
-    sheet.line(ends, ink, max(1, thin / 2))
+def draw_dimensions(sheet: Sheet, ends: Floats, pen: Pen, rng: np.random.Generator) -> None:
+    """A chain of dimension lines between two points, shape (2, 2)."""
+    sheet.line(ends, pen.ink, max(1, pen.width / 2))
     shares = np.sort(np.concatenate([[0, 1], rng.random(int(rng.integers(0, 5)))]))
     along = ends[1] - ends[0]
     for share in shares:
         point = ends[0] + share * along
-        sheet.line([point - 0.1, point + 0.1], ink, thin)
-    for first, last in zip(shares[:-1], shares[1:], strict=True):
+        sheet.line([point - 0.1, point + 0.1], *pen)
+    for first, last in pairwise(shares):
         middle = ends[0] + (first + last) / 2 * along
         metres = (last - first) * float(np.hypot(*along))
-        sheet.write(f"{1000 * metres:.0f}", middle[0] + 0.2, middle[1] + 0.2, 0.15, ink, FONTS[0])
+        sheet.write(f"{1000 * metres:.0f}", (middle[0] + 0.2, middle[1] + 0.2), Lettering(0.15, FONTS[0]), pen.ink)
 
 
 def photograph(colors: Colors, rng: np.random.Generator) -> Colors:

@@ -138,4 +138,5 @@ def _label_room(room: Room, probabilities: Mapping[str, float]) -> Room:
 
 @cache
 def read_home_dictionary() -> RoomNameDictionary:
+    """The words of the rooms of homes that come with pianta."""
     return parse_dictionary(Path(__file__).with_name("home_names.json").read_bytes())
