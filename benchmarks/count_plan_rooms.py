@@ -1,10 +1,11 @@
-"""Count what is read from the pictures and the PDF and SVG plans of strangers, beside what a person counts on them.
+"""Count what is read from the PDF and SVG plans of strangers, beside what a person counts on them.
 
     python benchmarks/count_plan_rooms.py
 
 A numbered room is right if its number stands in a room that has no other number. Rooms and leaves of doors were counted
 by eye on the drawings, which were also looked at while the reader was written: nothing here is held out. Rooms with a
-flag, which people may not count, are counted apart.
+flag, which people may not count, are counted apart. Of the pictures, whose outlines `score_plan_rooms.py` scores, only
+`hulme.jpg`, two floors of which there are no outlines, is counted here.
 """
 
 from __future__ import annotations
@@ -37,21 +38,7 @@ class Counted:
 
 
 PLANS = (
-    Counted("raster/dfp_45765448.jpg", rooms=9, doors=9),
-    Counted("raster/f2b_example1.png", rooms=5, doors=5),
-    Counted("raster/f2b_example4.png", rooms=7, doors=6),
-    Counted("raster/f2b_example5.png", rooms=9, doors=8),
-    Counted("raster/openings_ex1.jpg", rooms=7, doors=6),
-    Counted("raster/tf2dfp_example4.png", rooms=11, doors=8),
-    Counted("raster/r2v_floorplan_1.png", rooms=9, doors=8),
-    Counted("raster/programmer_house.png", rooms=27, doors=25),
-    Counted("raster/resplan_sample.png", rooms=9, doors=9),
-    Counted("raster/savonix_floor.gif", rooms=9, doors=9),
-    Counted("raster/raumplanung.png", rooms=34, doors=38),
-    Counted("raster/evac_nf.png", rooms=30, doors=0),
-    Counted("raster/evac_a.png", rooms=6, doors=2),
     Counted("raster/hulme.jpg", rooms=54, doors=50),
-    Counted("raster/wifi_bosch.jpg", rooms=9, doors=8),
     Counted("svg/ianmc.svg", rooms=8, doors=None),
     Counted("svg/dfki_selfie.svg", rooms=30, doors=42),
     Counted("pdf/dimension_extraction.pdf", rooms=8, doors=6),

@@ -65,7 +65,7 @@ DRAWINGS = 3
 SYNTHETIC_WEIGHT = 0.25
 # Lessons of homes, each of several plans, and the share of the batches that they are.
 HOME_LESSONS = 300
-HOME_SHARE = 0.45
+HOME_SHARE = 0.4
 # Side of such a lesson, and space around each of its plans, cells.
 HOMES_SIDE = 330
 HOME_SPACE = 6

@@ -31,6 +31,8 @@ Color = tuple[int, int, int]
 MARGIN = 2.5
 # Wider doors of homes without a leaf belong to open-plan rooms: nothing separates their two sides.
 WIDEST_DOOR = 1.3
+# Rooms with a sign on an evacuation map.
+SIGN_SHARE = 0.6
 # Legs of chairs and tables are not drawn; m².
 SMALLEST_PIECE = 0.03
 # Fractions of a pixel that OpenCV draws at.
@@ -149,7 +151,7 @@ def draw_home_plan(rng: np.random.Generator) -> HomePlan:
     doors = tuple(door for door in floor.doors if door.line not in open_lines)
     floor = replace(floor, doors=doors)
     solid = [room.polygon for room in floor if room.label != "BALCONY"]
-    footprint = unary_union(solid).buffer(OUTER_WALL * rng.uniform(0.4, 1.3), join_style="mitre")
+    footprint = unary_union(solid).buffer(OUTER_WALL * rng.uniform(0.4, 1.7), join_style="mitre")
     footprint = footprint.difference(unary_union([room.polygon for room in floor if room.label == "BALCONY"]))
     around = unary_union([footprint, *(room.polygon for room in floor)])
     x0, y0, x1, y1 = around.bounds
@@ -218,7 +220,7 @@ def add_entrance(floor: Floor, rng: np.random.Generator) -> Floor:
 
 def change_walls(floor: Floor, rng: np.random.Generator) -> Floor:
     """The floor with thinner or thicker inner walls."""
-    by = rng.uniform(-0.06, 0.04)
+    by = rng.uniform(-0.12, 0.04)
 
     def change(room: Room) -> Room:
         parts = shapely.get_parts(room.polygon.buffer(by, join_style="mitre"))
@@ -252,6 +254,7 @@ def furnish(sheet: Sheet, floor: Floor, pen: Pen, rng: np.random.Generator) -> N
     density = float(rng.choice([0, 0.6, 1.0, 1.5], p=(0.2, 0.2, 0.35, 0.25)))
     filling: list[Color | None] = [None, WHITE, (235, 235, 235), (205, 205, 205), (240, 225, 200)]
     color = filling[int(rng.integers(len(filling)))]
+    with_signs = rng.random() < 0.2
     fine = Pen(pen.ink, pen.width * rng.uniform(0.5, 1.0))
     for piece in furnish_densely(floor, density=density, rng=rng) if density else []:
         if piece.area < SMALLEST_PIECE:
@@ -264,8 +267,12 @@ def furnish(sheet: Sheet, floor: Floor, pen: Pen, rng: np.random.Generator) -> N
     for room in floor:
         if room.label in {"CORRIDOR", "LIVING ROOM", "HALL"} and rng.random() < 0.2:
             draw_stairs(sheet, room.polygon, fine, rng)
-        if room.label == "BEDROOM" and rng.random() < 0.3:
+        if room.label in {"BEDROOM", "CORRIDOR", "OFFICE"} and rng.random() < 0.4:
             draw_wardrobe(sheet, room.polygon, fine, rng)
+        if room.label in {"KITCHEN", "BATHROOM", "DINING ROOM"} and rng.random() < 0.7:
+            draw_counter(sheet, room.polygon, fine, rng)
+        if rng.random() < SIGN_SHARE * with_signs:
+            draw_sign(sheet, room.polygon, rng)
 
 
 def draw_details(sheet: Sheet, piece: Polygon, pen: Pen, rng: np.random.Generator) -> None:
@@ -313,6 +320,49 @@ def draw_wardrobe(sheet: Sheet, room: Polygon, pen: Pen, rng: np.random.Generato
         sheet.hatch(shape, pen.ink, pitch=rng.uniform(0.08, 0.6), angle=turn, width=1)
 
 
+def draw_counter(sheet: Sheet, room: Polygon, pen: Pen, rng: np.random.Generator) -> None:
+    """A counter, or tubs and showers, along one to three sides of a room, perhaps in pieces."""
+    x0, y0, x1, y1 = room.bounds
+    depth = rng.uniform(0.5, 0.9)
+    sides = [
+        box(x0, y0, x1, y0 + depth),
+        box(x0, y1 - depth, x1, y1),
+        box(x0, y0, x0 + depth, y1),
+        box(x1 - depth, y0, x1, y1),
+    ]
+    chosen = rng.permutation(4)[: int(rng.integers(1, 4))]
+    inner = room.buffer(-0.01, join_style="mitre")
+    for side in [sides[index] for index in chosen]:
+        low_x, low_y, high_x, high_y = side.bounds
+        shares = np.sort(rng.random(int(rng.integers(0, 5))))
+        if rng.random() < 0.5:
+            sheet.fill(side.intersection(inner), WHITE if rng.random() < 0.6 else (230, 225, 215))
+        sheet.outline(side.intersection(inner), *pen)
+        for share in shares:
+            x, y = low_x + share * (high_x - low_x), low_y + share * (high_y - low_y)
+            ends = [(x, low_y), (x, high_y)] if high_x - low_x > high_y - low_y else [(low_x, y), (high_x, y)]
+            cut = LineString(ends).intersection(inner)
+            if isinstance(cut, LineString) and not cut.is_empty:
+                sheet.line(cut.coords, *pen)
+        if rng.random() < 0.5:
+            sheet.outline(Point(*rng.uniform((low_x, low_y), (high_x, high_y))).buffer(0.2).intersection(side), *pen)
+
+
+def draw_sign(sheet: Sheet, room: Polygon, rng: np.random.Generator) -> None:
+    """A sign of an evacuation map: a red, green or blue square with something white in it, or an arrow."""
+    point, size = room.representative_point(), rng.uniform(0.25, 0.9)
+    x, y = point.x + rng.uniform(-1, 1), point.y + rng.uniform(-1, 1)
+    color: Any = ((226, 30, 40), (0, 140, 80), (30, 60, 200), (70, 160, 60))[int(rng.integers(4))]
+    shape = box(x, y, x + size * rng.choice([1, 2]), y + size)
+    sheet.fill(shape, color)
+    if rng.random() < 0.3:
+        sheet.fill(
+            Polygon([(x + 2 * size, y - size / 2), (x + 2 * size, y + 1.5 * size), (x + 3 * size, y + size / 2)]), color
+        )
+    sheet.outline(shape.buffer(-0.2 * size), WHITE, max(1.0, 0.12 * size * sheet.px))
+    sheet.line([(x, y), (x + size, y + size)], WHITE, max(1.0, 0.1 * size * sheet.px))
+
+
 def draw_walls(
     sheet: Sheet,
     floor: Floor,
@@ -341,7 +391,7 @@ def draw_walls(
         else:
             sheet.fill(body, WHITE)
         if style == "hatched":
-            sheet.hatch(body, pen.ink, pitch=rng.uniform(0.06, 0.3), angle=rng.choice([0.25, 0.75]) * np.pi, width=1)
+            sheet.hatch(body, pen.ink, pitch=rng.uniform(0.06, 0.4), angle=rng.choice([0.25, 0.75]) * np.pi, width=1)
         sheet.outline(body, pen.ink, pen.width * rng.uniform(0.8, 2))
     panes = int(rng.integers(1, 4))
     glass: Any = WHITE if rng.random() < 0.7 else (166, 216, 84)
@@ -383,7 +433,7 @@ def draw_doors(sheet: Sheet, floor: Floor, pen: Pen, rng: np.random.Generator) -
     """Each door in the style of the plan, some in another one."""
     styles = tuple(DOOR_STYLES)
     usual = str(rng.choice(styles, p=DOOR_SHARES))
-    color: Any = ((231, 138, 195), (141, 211, 199), (200, 200, 200), pen.ink)[int(rng.integers(4))]
+    color: Any = ((231, 138, 195), (141, 211, 199), (230, 160, 90), pen.ink)[int(rng.integers(4))]
     threshold = rng.random() < 0.25
     depth = rng.uniform(0.06, 0.2)
     width = max(1.0, pen.width * rng.uniform(0.5, 1.3))
@@ -502,7 +552,7 @@ DOOR_STYLES: dict[str, Callable[[Sheet, DoorLine, Pen], None]] = {
     "patch": _draw_patch,
     "gap": _draw_gap,
 }
-DOOR_SHARES = (0.28, 0.1, 0.12, 0.06, 0.1, 0.06, 0.04, 0.04, 0.03, 0.03, 0.08, 0.06)
+DOOR_SHARES = (0.26, 0.1, 0.12, 0.06, 0.12, 0.06, 0.04, 0.04, 0.03, 0.03, 0.09, 0.05)
 
 
 def write_names(sheet: Sheet, floor: Floor, ink: Color, rng: np.random.Generator) -> None:
