@@ -152,6 +152,7 @@ def refine(*texts: PlacedText, ink: np.ndarray | None = None, **measured: Any) -
     colors = np.full((*SHAPE, 3), 255, np.uint8)
     if ink is not None:
         colors[ink] = 0
+    sheet = Sheet(colors)
     first: dict[str, Any] = {
         "scale": PlanScale(0.0225, LOOK, 0.3),
         "is_stated": False,
@@ -164,7 +165,7 @@ def refine(*texts: PlacedText, ink: np.ndarray | None = None, **measured: Any) -
     }
     floors, class_map = two_rooms()
     spaces = measure_spaces(floors, class_map, texts, height=SHAPE[0])
-    return refine_scale(SheetScale(**(first | measured)), Sheet(colors), spaces, texts)
+    return refine_scale(SheetScale(**(first | measured)), sheet, sheet, spaces, texts)
 
 
 @pytest.mark.parametrize(

@@ -14,6 +14,7 @@ from pianta.plan.scale.room_evidence import by_look, home_probability, list_room
 from pianta.plan.scale.sheet_scale import LOOK, SheetScale
 from pianta.plan.scale.sheet_scale import PARAMETERS as SHEET_PARAMETERS
 from pianta.plan.scale.spaces import Space
+from pianta.plan.scale.stairs import find_flights, measure_stairs
 from pianta.plan.sheets.sheet import DOOR_WIDTH, PlacedText, PlanScale, Sheet
 
 
@@ -53,17 +54,22 @@ INCH = 0.0254  # m
 def refine_scale(
     measured: SheetScale,
     sheet: Sheet,
+    textless: Sheet,
     spaces: Sequence[Space],
     texts: Sequence[PlacedText],
 ) -> PlanScale:
-    """The scale by everything that the sheet shows, unless the user or the file states it."""
+    """The scale by everything that the sheet shows, unless the user or the file states it.
+
+    textless: the sheet without its texts.
+    """
     if measured.is_stated:
         return measured.scale
     at_home, longest = home_probability(spaces, texts), max(sheet.shape)
     evidence = [*list_room_evidence(spaces, texts), *_list_sheet_evidence(measured, at_home)]
     dimensions = measure_dimension_lines(list_dimension_lines(texts, sheet.ink))
-    written = [dimensions, _by_written_scale(sheet, texts), by_look(spaces, at_home)]
-    evidence += [each for each in written if each is not None]
+    stairs = measure_stairs(find_flights(textless.contrast, textless.ink, texts))
+    others = [dimensions, _by_written_scale(sheet, texts), stairs, by_look(spaces, at_home)]
+    evidence += [each for each in others if each is not None]
     limits = SHEET_PARAMETERS.min_sheet / longest, SHEET_PARAMETERS.max_sheet / longest
     combined = combine_evidence(evidence, low=limits[0], high=limits[1])
     sources = [each.text for each in combined.agreeing if not each.is_look]
