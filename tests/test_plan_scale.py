@@ -250,6 +250,23 @@ def test_a_dimension_line_ends_at_its_ticks(is_level):
     assert any(each == pytest.approx(0.01, rel=0.03) for each in lines.measures[0].resolutions)
 
 
+@pytest.mark.parametrize("slash", [False, True])
+def test_a_dimension_line_ends_at_the_faces_of_walls(slash):
+    """Walls of 16 pixels with faces at columns 100 and 300, between which 4000 mm are 200 pixels."""
+    ink = np.zeros((120, 400), np.uint8)
+    ink[20:100, 84:101] = ink[20:100, 300:317] = 1
+    cv2.line(ink, (98, 60), (302, 60), 1, 1)
+    for col in (100, 300) if slash else ():
+        cv2.line(ink, (col - 3, 63), (col + 3, 57), 1, 1)
+    evidence = measure_dimension_lines(list_dimension_lines([placed("4000", 52, 200)], ink.astype(bool)))
+    assert evidence is not None
+    (measure,) = evidence.measures
+    assert min(measure.resolutions, key=lambda each: abs(each - 0.02)) == pytest.approx(0.02, rel=0.006)
+    # 1.5 % and 1.5 of 200 pixels; 1 % and 1 of 200 pixels
+    assert measure.log_sd == pytest.approx(0.0168, rel=0.05)
+    assert evidence.common_sd == pytest.approx(0.0112, rel=0.05)
+
+
 def test_numbers_of_rooms_are_no_dimensions():
     ink = np.zeros((200, 400), bool)
     ink[110, 50:350] = True
