@@ -31,7 +31,7 @@ class DimensionLineParameters:
     max_mark: float = 2.5  # heights along the line: a longer mark is a wall or another line beside it
     min_rounded: float = 0.6  # share of the whole numbers of a sheet that end in 0 or 5, if they are dimensions
     n_marks: int = 3  # on each side of the text that may be the end of its line
-    # Errors: of each line, and of all together, as of a picture that was stretched, or of faces that are all drawn thick
+    # Errors of each line, and of all together, as of a picture that was stretched, or of faces that are drawn thick
     line_sd: float = 0.015
     line_px: float = 1.5
     common_sd: float = 0.01
