@@ -85,10 +85,27 @@ def test_other_even_lines_are_no_flights(options):
     assert find(draw_flight(blank(), **options)) == []
 
 
-def test_tiles_and_grates_are_no_flights():
-    colors = draw_flight(blank())
-    for col in range(150, 195, 6):
+@pytest.mark.parametrize("spacing", [6, 12])
+def test_tiles_and_grates_are_no_flights(spacing):
+    colors = draw_flight(blank(), length=60)
+    for col in range(150 + spacing, 210, spacing):
         cv2.line(colors, (col, 100), (col, 196), BLACK, 1)
+    assert find(colors) == []
+
+
+def test_lines_that_fill_a_space_are_no_flight():
+    """Boards of a passage, rows of a table: lines from one end to the other; a flight has a landing."""
+    colors = draw_flight(blank())
+    for row in (84, 213):
+        cv2.line(colors, (148, row), (196, row), BLACK, 4)
+        assert len(find(colors)) == (1 if row == 84 else 0)
+
+
+def test_sheets_with_hatched_floors_show_no_flights():
+    """A room with boards of 200 pixels, each 12 pixels wide."""
+    colors = draw_flight(blank())
+    for row in range(250, 330, 12):
+        cv2.line(colors, (150, row), (350, row), BLACK, 1)
     assert find(colors) == []
 
 

@@ -44,6 +44,13 @@ class StairParameters:
     max_between: float = 0.2  # share of ink between two treads: grates and squared floors have more
     max_line_between: float = 0.35  # mean contrast along a line between two treads
     bounded: float = 0.7  # share of the height of a flight along which a side is drawn, on both sides
+    next_line: float = 0.3  # share of ink along a row where the next tread is expected: the run goes on, cut or covered
+    missing_lines: int = 1  # in a row, before a run ends
+    end_wall: float = 0.6  # share of ink along a row that ends the space before a run
+    landing: float = 1.5  # pitches of free space before or behind a flight: boards and tables fill theirs
+    max_crossing: int = 2  # lines through all treads: those of walking and of a handrail; tiles have more
+    board: float = 12.0  # pitches of lines, and
+    min_boards: int = 6  # their number, from which on the floors of the sheet are hatched, and runs may be boards
     max_text: int = 4  # letters of a text between treads, such as UP: longer ones are in tables
     agreement: float = 1.3  # factor between the pitches of flights of one sheet
     min_agreeing: float = 0.75  # share of the flights that agree, or else some are tiers of seats, and which is unknown
@@ -74,6 +81,7 @@ class Flight:
 def find_flights(contrast: Contrast, ink: Mask, texts: Sequence[PlacedText]) -> list[Flight]:
     """The flights of a sheet without its texts, whose treads are level or upright, the one with most treads first.
 
+    None on a sheet whose floors are hatched with boards: in passages these look like treads.
     contrast, ink: shape (H, W), of the sheet. texts: that stood on it.
     """
     found = []
@@ -81,7 +89,9 @@ def find_flights(contrast: Contrast, ink: Mask, texts: Sequence[PlacedText]) -> 
         # Upright treads are level on the turned sheet
         turned, pale = (ink, contrast) if is_level else (ink.T, contrast.T)
         for lines in _list_thin_lines(np.ascontiguousarray(turned)):
-            runs = (lines[run] for run in _even_runs(lines))
+            runs = [lines[run] for run in _even_runs(lines)]
+            if any(map(_are_boards, runs)):
+                return []
             flights = [_make_flight(run) for run in runs if _is_flight(run, turned, pale)]
             found += flights if is_level else [_transpose(flight) for flight in flights]
     found = [flight for flight in found if not _holds_text(flight, texts)]
@@ -180,6 +190,11 @@ def _make_flight(run: Floats) -> Flight:
     return Flight((float(top), float(bottom)), (float(start), float(stop)), float(pitch), len(run))
 
 
+def _are_boards(run: Floats) -> bool:
+    flight = _make_flight(run)
+    return len(run) >= PARAMETERS.min_boards and flight.cols[1] - flight.cols[0] > PARAMETERS.board * flight.pitch
+
+
 def _is_flight(run: Floats, ink: Mask, contrast: Contrast) -> bool:
     """Whether lines are treads by their length, and by what is drawn between and beside them."""
     p, flight = PARAMETERS, _make_flight(run)
@@ -196,7 +211,14 @@ def _is_flight(run: Floats, ink: Mask, contrast: Contrast) -> bool:
     lines = [float(contrast[gap, inner].mean(axis=1).max()) for gap in gaps]
     if np.median(between) > p.max_between or np.median(lines) > p.max_line_between:
         return False
-    return all(_is_bounded(ink, gaps, round(col), reach=round(stroke) + 2) for col in flight.cols)
+    crossing = np.concatenate([ink[gap, inner] for gap in gaps]).mean(axis=0) >= p.bounded
+    if np.count_nonzero(crossing[1:] & ~crossing[:-1]) > p.max_crossing:
+        return False
+    if not all(_is_bounded(ink, gaps, round(col), reach=round(stroke) + 2) for col in flight.cols):
+        return False
+    along = np.asarray(ink[:, inner].mean(axis=1))
+    top, bottom = flight.rows
+    return _has_landing(along, bottom, flight.pitch) or _has_landing(along[::-1], len(along) - 1 - top, flight.pitch)
 
 
 def _is_bounded(ink: Mask, gaps: Sequence[slice], col: int, *, reach: int) -> bool:
@@ -204,6 +226,24 @@ def _is_bounded(ink: Mask, gaps: Sequence[slice], col: int, *, reach: int) -> bo
     beside = slice(max(col - reach, 0), col + reach + 1)
     drawn = np.concatenate([ink[gap, beside].any(axis=1) for gap in gaps])
     return bool(drawn.mean() >= PARAMETERS.bounded)
+
+
+def _has_landing(along: Floats, row: float, pitch: float) -> bool:
+    """Whether the space behind a run of treads is free, wherever the run ends.
+
+    along: share of ink in the columns of the treads, for each row. row: of the last tread of the run.
+    """
+    p, last, missing = PARAMETERS, row, 0
+    while missing <= p.missing_lines:
+        expected = last + (missing + 1) * pitch
+        near = slice(round(expected - p.pitch_tolerance * pitch - 1), round(expected + p.pitch_tolerance * pitch) + 2)
+        if near.stop > len(along) or along[near].max() < p.next_line:
+            missing += 1
+        else:
+            last, missing = near.start + float(along[near].argmax()), 0
+    # Where the stroke of the last tread ends
+    behind = along[round(last + PARAMETERS.max_stroke * pitch) : round(last + p.landing * pitch)]
+    return bool(len(behind) and behind.max() < p.end_wall)
 
 
 def _transpose(flight: Flight) -> Flight:
