@@ -15,7 +15,7 @@ from pianta.plan.doors.swings import DoorWidth
 from pianta.plan.scale.dimension_lines import list_dimension_lines, measure_dimension_lines
 from pianta.plan.scale.evidence import Measure, ScaleEvidence, combine_evidence
 from pianta.plan.scale.known_rooms import find_known_rooms
-from pianta.plan.scale.refined_scale import refine_scale
+from pianta.plan.scale.refined_scale import _by_written_scale, refine_scale
 from pianta.plan.scale.sheet_scale import LOOK, SheetScale
 from pianta.plan.scale.spaces import PARAMETERS, measure_spaces
 from pianta.plan.sheets.sheet import PlacedText, PlanScale, Sheet
@@ -285,3 +285,29 @@ def test_a_scale_describes_its_value_interval_sources_and_outlier_rate():
     assert stated.describe(px_per_unit=4.0) == "0.02 m per drawing unit (the given resolution)"
     assert (stated.area_factor, stated.is_rough) == (1, False)
     assert stated.as_json()["sources"] == ["the given resolution"]
+
+
+@pytest.mark.parametrize(
+    ("text", "shape", "px_per_inch", "inches", "outlier_rate"),
+    [
+        ("1:100", (1654, 2339), 200.0, (11.69,), 0.2),  # a scan of A4
+        ("1:100", (1000, 1300), 300.0, (1300 / 300,), 0.5),  # a part of a scan
+        ("1:50 @ A1", (1654, 2339), 200.0, (33.11,), 0.2),  # A1, printed on A4
+        ("1:100", (1654, 2339), 96.0, (11.69, 16.54, 23.39, 33.11, 46.81), 0.6),  # a picture with the shape of A4
+        ("1:100", (595, 842), 144.0, (11.69, 16.54, 23.39, 33.11, 46.81), 0.6),  # smaller than any paper
+    ],
+)
+def test_a_written_scale_holds_on_the_paper(text, shape, px_per_inch, inches, outlier_rate):
+    sheet = Sheet(np.full((*shape, 3), 255, np.uint8), px_per_inch=px_per_inch)
+    evidence = _by_written_scale(sheet, [placed(text, 30, 200)])
+    assert evidence is not None
+    ratio = 50 if "50" in text else 100
+    expected = [ratio * 0.0254 * side / shape[1] for side in inches]
+    assert evidence.measures[0].resolutions == pytest.approx(expected, rel=0.001)
+    assert evidence.outlier_rate == outlier_rate
+
+
+@pytest.mark.parametrize("px_per_inch", [None, 72.0, 95.9866, 120.0, 143.99, 192.0, 240.0])
+def test_pixels_per_inch_of_screens_say_nothing(px_per_inch):
+    sheet = Sheet(np.full((800, 1600, 3), 255, np.uint8), px_per_inch=px_per_inch)
+    assert _by_written_scale(sheet, [placed("1:100", 30, 200)]) is None
