@@ -15,7 +15,7 @@ from pianta.plan.doors.swings import DoorWidth
 from pianta.plan.scale.dimension_lines import list_dimension_lines, measure_dimension_lines
 from pianta.plan.scale.evidence import Measure, ScaleEvidence, combine_evidence
 from pianta.plan.scale.known_rooms import find_known_rooms
-from pianta.plan.scale.refined_scale import refine_scale
+from pianta.plan.scale.refined_scale import _by_written_scale, refine_scale
 from pianta.plan.scale.sheet_scale import LOOK, SheetScale
 from pianta.plan.scale.spaces import PARAMETERS, measure_spaces
 from pianta.plan.sheets.sheet import PlacedText, PlanScale, Sheet
@@ -152,6 +152,7 @@ def refine(*texts: PlacedText, ink: np.ndarray | None = None, **measured: Any) -
     colors = np.full((*SHAPE, 3), 255, np.uint8)
     if ink is not None:
         colors[ink] = 0
+    sheet = Sheet(colors)
     first: dict[str, Any] = {
         "scale": PlanScale(0.0225, LOOK, 0.3),
         "is_stated": False,
@@ -164,7 +165,7 @@ def refine(*texts: PlacedText, ink: np.ndarray | None = None, **measured: Any) -
     }
     floors, class_map = two_rooms()
     spaces = measure_spaces(floors, class_map, texts, height=SHAPE[0])
-    return refine_scale(SheetScale(**(first | measured)), Sheet(colors), spaces, texts)
+    return refine_scale(SheetScale(**(first | measured)), sheet, sheet, spaces, texts)
 
 
 @pytest.mark.parametrize(
@@ -249,6 +250,23 @@ def test_a_dimension_line_ends_at_its_ticks(is_level):
     assert any(each == pytest.approx(0.01, rel=0.03) for each in lines.measures[0].resolutions)
 
 
+@pytest.mark.parametrize("slash", [False, True])
+def test_a_dimension_line_ends_at_the_faces_of_walls(slash):
+    """Walls of 16 pixels with faces at columns 100 and 300, between which 4000 mm are 200 pixels."""
+    ink = np.zeros((120, 400), np.uint8)
+    ink[20:100, 84:101] = ink[20:100, 300:317] = 1
+    cv2.line(ink, (98, 60), (302, 60), 1, 1)
+    for col in (100, 300) if slash else ():
+        cv2.line(ink, (col - 3, 63), (col + 3, 57), 1, 1)
+    evidence = measure_dimension_lines(list_dimension_lines([placed("4000", 52, 200)], ink.astype(bool)))
+    assert evidence is not None
+    (measure,) = evidence.measures
+    assert min(measure.resolutions, key=lambda each: abs(each - 0.02)) == pytest.approx(0.02, rel=0.006)
+    # 1.5 % and 1.5 of 200 pixels; 1 % and 1 of 200 pixels
+    assert measure.log_sd == pytest.approx(0.0168, rel=0.05)
+    assert evidence.common_sd == pytest.approx(0.0112, rel=0.05)
+
+
 def test_numbers_of_rooms_are_no_dimensions():
     ink = np.zeros((200, 400), bool)
     ink[110, 50:350] = True
@@ -267,3 +285,29 @@ def test_a_scale_describes_its_value_interval_sources_and_outlier_rate():
     assert stated.describe(px_per_unit=4.0) == "0.02 m per drawing unit (the given resolution)"
     assert (stated.area_factor, stated.is_rough) == (1, False)
     assert stated.as_json()["sources"] == ["the given resolution"]
+
+
+@pytest.mark.parametrize(
+    ("text", "shape", "px_per_inch", "inches", "outlier_rate"),
+    [
+        ("1:100", (1654, 2339), 200.0, (11.69,), 0.2),  # a scan of A4
+        ("1:100", (1000, 1300), 300.0, (1300 / 300,), 0.5),  # a part of a scan
+        ("1:50 @ A1", (1654, 2339), 200.0, (33.11,), 0.2),  # A1, printed on A4
+        ("1:100", (1654, 2339), 96.0, (11.69, 16.54, 23.39, 33.11, 46.81), 0.6),  # a picture with the shape of A4
+        ("1:100", (595, 842), 144.0, (11.69, 16.54, 23.39, 33.11, 46.81), 0.6),  # smaller than any paper
+    ],
+)
+def test_a_written_scale_holds_on_the_paper(text, shape, px_per_inch, inches, outlier_rate):
+    sheet = Sheet(np.full((*shape, 3), 255, np.uint8), px_per_inch=px_per_inch)
+    evidence = _by_written_scale(sheet, [placed(text, 30, 200)])
+    assert evidence is not None
+    ratio = 50 if "50" in text else 100
+    expected = [ratio * 0.0254 * side / shape[1] for side in inches]
+    assert evidence.measures[0].resolutions == pytest.approx(expected, rel=0.001)
+    assert evidence.outlier_rate == outlier_rate
+
+
+@pytest.mark.parametrize("px_per_inch", [None, 72.0, 95.9866, 120.0, 143.99, 192.0, 240.0])
+def test_pixels_per_inch_of_screens_say_nothing(px_per_inch):
+    sheet = Sheet(np.full((800, 1600, 3), 255, np.uint8), px_per_inch=px_per_inch)
+    assert _by_written_scale(sheet, [placed("1:100", 30, 200)]) is None

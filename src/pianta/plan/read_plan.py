@@ -283,7 +283,8 @@ def _read_sheet(sheet: Sheet, path: str | Path, options: _SheetOptions) -> PlanR
         floors = reconstruct_sheet_floors(floor_map, doors, method=options.method, source=sheet.source)
     _check_floors(floors, path)
     spaces = measure_spaces(floors, class_map, texts, height=sheet.shape[0])
-    scale, at_home = refine_scale(measured, sheet, spaces, texts), home_probability(spaces, texts) > 0.5
+    scale = refine_scale(measured, sheet, textless, spaces, texts)
+    at_home = home_probability(spaces, texts) > 0.5
     # With metres it is known what is too small for a room, and which openings are no passages
     metres = scale.resolution
     in_metres = [

@@ -8,7 +8,7 @@ import os
 import re
 import subprocess
 import sys
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import closing, suppress
 from dataclasses import asdict, dataclass, field
 from io import BytesIO
@@ -55,7 +55,8 @@ _COUNT = "count"  # asks the child for the number of pages
 _CHILD = "import json, sys; sys.path[:] = json.loads(sys.argv[1]); from pianta.io.drawings.pdf import answer_parent; "
 _CHILD += "answer_parent(*sys.argv[2:])"
 
-METRES_PER_POINT = 0.0254 / 72
+INCH = 0.0254  # m
+METRES_PER_POINT = INCH / 72
 # Of the picture of a scanned page.
 MAX_SIDE_PX = 4000
 MAX_DPI = 300
@@ -73,6 +74,13 @@ _NAMED_SCALE = re.compile(
     re.IGNORECASE,
 )
 _BARE_SCALE = re.compile(r"(?<![\d.,:/])1\s?:\s?(\d{2,4})(?![\d.,:/])")
+# The paper on which a scale holds, as in 1:100 @ A1
+_SCALED_PAPER = re.compile(r"1\s*[:/]\s*\d{2,4}\s*(?:@|at|on|auf|bei|sur|su|en)\s*(?:DIN\s*)?(A[0-4])\b", re.IGNORECASE)
+
+# Sides of papers, inches
+PAPERS = {"A4": (8.27, 11.69), "A3": (11.69, 16.54), "A2": (16.54, 23.39), "A1": (23.39, 33.11), "A0": (33.11, 46.81)}
+PAPERS |= {"Letter": (8.5, 11.0), "Tabloid": (11.0, 17.0), "Arch D": (24.0, 36.0)}
+PAPER_TOLERANCE = 0.02  # share by which sides may be off those of a paper
 
 
 def read_pdf_plan(path: str | Path, *, page: int | None = None) -> PlanDrawing | Colors:
@@ -231,11 +239,13 @@ def _read_page(page: PdfPage, file: Path) -> PlanDrawing | Colors:
     if reader.pieces.lines < (MIN_LINES_OVER_SCAN if is_scan else MIN_LINES):
         return _render_page(page)
     reader.read_texts(page.get_textpage())
-    scale = find_written_scale([text.text for text in reader.pieces.texts])
+    texts, sides = [text.text for text in reader.pieces.texts], page.get_size()
+    scale, first_side = find_written_scale(texts), find_scaled_paper(texts, sides)
+    inches_per_point = first_side / max(sides) if first_side else 1 / 72
     return reader.pieces.drawing(
         (),
         unnamed_doors=jambs_of_wedges(reader.pieces.chains),
-        metres_per_unit=scale and scale * METRES_PER_POINT,
+        metres_per_unit=scale and scale * INCH * inches_per_point,
         is_on_paper=True,
     )
 
@@ -260,6 +270,24 @@ def find_written_scale(texts: list[str]) -> int | None:
     bare = {int(digits) for text in texts for digits in _BARE_SCALE.findall(text)} & _SCALES
     scales = named or bare
     return scales.pop() if len(scales) == 1 else None
+
+
+def has_shape_of(paper: str, sides: tuple[float, float]) -> bool:
+    """Whether two sides, in any unit, are as those of a paper."""
+    short, long = sorted(sides)
+    return short > 0 and abs(long / short * PAPERS[paper][0] / PAPERS[paper][1] - 1) <= PAPER_TOLERANCE
+
+
+def find_scaled_paper(texts: Sequence[str], sides: tuple[float, float]) -> float | None:
+    """Inches of the longer side of the paper on which a written scale holds, if texts agree on one of this shape.
+
+    sides: of the page or picture, in any unit. A page that was printed smaller still states its first paper.
+    """
+    papers = {paper.upper() for text in texts for paper in _SCALED_PAPER.findall(text)}
+    if len(papers) != 1:
+        return None
+    paper = papers.pop()
+    return PAPERS[paper][1] if has_shape_of(paper, sides) else None
 
 
 @dataclass

@@ -5,10 +5,11 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import hypot
 
 import numpy as np
 
-from pianta._types import Floats, Mask
+from pianta._types import Floats, Indices, Mask
 from pianta.io._files import count_noun
 from pianta.plan.scale.evidence import Measure, ScaleEvidence
 from pianta.plan.sheets.sheet import PlacedText
@@ -26,11 +27,15 @@ class DimensionLineParameters:
     min_reach: float = 0.3  # heights: nearer ink is the text itself
     tick: float = 0.35  # heights on both sides of the line that a tick, an arrow or a wall covers
     min_length: float = 1.5  # heights of a line, which is also longer than its text
+    max_tick_px: int = 3  # of the stroke of a tick: thicker marks are walls or hatches, and lines end at their faces
     max_mark: float = 2.5  # heights along the line: a longer mark is a wall or another line beside it
     min_rounded: float = 0.6  # share of the whole numbers of a sheet that end in 0 or 5, if they are dimensions
     n_marks: int = 3  # on each side of the text that may be the end of its line
-    line_sd: float = 0.03
+    # Errors of each line, and of all together, as of a picture that was stretched, or of faces that are drawn thick
+    line_sd: float = 0.015
+    line_px: float = 1.5
     common_sd: float = 0.01
+    common_px: float = 1.0
     outlier_rate: float = 0.4
     failure_rate: float = 0.05  # of one line, and less of several: lines are misread one by one
 
@@ -82,11 +87,17 @@ def list_dimension_lines(texts: Sequence[PlacedText], ink: Mask) -> list[Dimensi
 def measure_dimension_lines(lines: Sequence[DimensionLine]) -> ScaleEvidence | None:
     """The scale by dimension lines; None without any that ends at two marks."""
     p = PARAMETERS
-    measures = [Measure(line.resolutions, p.line_sd) for line in lines if line.pixels]
-    if not measures:
+    ended = [line for line in lines if line.pixels]
+    if not ended:
         return None
+    lengths = [float(np.median(line.pixels)) for line in ended]
+    measures = tuple(
+        Measure(line.resolutions, hypot(p.line_sd, p.line_px / length))
+        for line, length in zip(ended, lengths, strict=True)
+    )
+    common_sd = hypot(p.common_sd, p.common_px / float(np.median(lengths)))
     title = count_noun(len(measures), "dimension line")
-    return ScaleEvidence(title, tuple(measures), p.common_sd, p.outlier_rate, p.failure_rate / len(measures))
+    return ScaleEvidence(title, measures, common_sd, p.outlier_rate, p.failure_rate / len(measures))
 
 
 def _without_room_numbers(texts: Sequence[PlacedText]) -> Sequence[PlacedText]:
@@ -142,10 +153,20 @@ def _between_marks(ink: Mask, row: int, run: tuple[int, int], col: int, height: 
     both = np.flatnonzero(sides[0] & sides[1]) + start
     groups = np.split(both, np.flatnonzero(np.diff(both) > 1) + 1) if len(both) else []
     short = [group for group in groups if len(group) <= p.max_mark * height + 2 * tick]
-    marks: Floats = np.array([float(group.mean()) for group in short])
+    marks: Floats = np.array([_place_mark(group, col, tick) for group in short])
     marks = np.unique(np.concatenate([marks, _free_ends(run, marks, tick)]))
     before, after = marks[marks < col][-p.n_marks :], marks[marks > col][: p.n_marks]
     return tuple(float(last - first) for first in before for last in after)
+
+
+def _place_mark(group: Indices, col: int, tick: int) -> float:
+    """Where a line ends at a mark, by the columns of its widened ink: in its middle, or at the face of a wall.
+
+    col: of the text, on whose side the face is.
+    """
+    if len(group) <= 2 * tick + 1 + PARAMETERS.max_tick_px:
+        return float(group.mean())
+    return float(group[0] + tick if group[0] > col else group[-1] - tick)
 
 
 def _free_ends(run: tuple[int, int], marks: Floats, tick: int) -> Floats:

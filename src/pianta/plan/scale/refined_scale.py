@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from pianta.io._files import count_noun
-from pianta.io.drawings.pdf import find_written_scale
+from pianta.io.drawings.pdf import INCH, PAPER_TOLERANCE, PAPERS, find_scaled_paper, find_written_scale, has_shape_of
 from pianta.plan.doors.swings import DoorWidth
 from pianta.plan.scale.dimension_lines import list_dimension_lines, measure_dimension_lines
 from pianta.plan.scale.evidence import Measure, ScaleEvidence, combine_evidence
@@ -14,6 +14,7 @@ from pianta.plan.scale.room_evidence import by_look, home_probability, list_room
 from pianta.plan.scale.sheet_scale import LOOK, SheetScale
 from pianta.plan.scale.sheet_scale import PARAMETERS as SHEET_PARAMETERS
 from pianta.plan.scale.spaces import Space
+from pianta.plan.scale.stairs import find_flights, measure_stairs
 from pianta.plan.sheets.sheet import DOOR_WIDTH, PlacedText, PlanScale, Sheet
 
 
@@ -32,11 +33,14 @@ class RefinedScaleParameters:
     bar_sd: float = 0.02
     # A scale such as 1:100, if the picture is the paper: it may have been cropped, resized or printed to fit
     scanned_sd: float = 0.02
-    scanned_outlier_rate: float = 0.4
-    min_scan: float = 100.0  # px per inch: lower ones, as 72 and 96, are those of screens
+    whole_outlier_rate: float = 0.2  # of a picture that is as large as a paper, by its pixels per inch
+    scanned_outlier_rate: float = 0.5  # of others, by pixels per inch that are not those of screens
     paper_sd: float = 0.03
-    paper_outlier_rate: float = 0.6
-    paper_tolerance: float = 0.02  # share by which the sides of a picture may be off those of a paper
+    paper_outlier_rate: float = 0.6  # of a picture with the shape of a paper
+    # Pixels per inch of screens and cameras: below 100, and multiples up to 288, as 144 and 192 of dense screens
+    min_scan: float = 100.0
+    max_screen: float = 288.0
+    screen_step: float = 24.0
     # The network was trained on schools and offices; there its best size is right within 1.26 on the median plan
     network_sd: float = 0.35
     network_outlier_rate: float = 0.2
@@ -44,26 +48,26 @@ class RefinedScaleParameters:
 
 PARAMETERS = RefinedScaleParameters()
 
-# Sides of papers, inches
-PAPERS = {"A4": (8.27, 11.69), "A3": (11.69, 16.54), "A2": (16.54, 23.39), "A1": (23.39, 33.11), "A0": (33.11, 46.81)}
-PAPERS |= {"Letter": (8.5, 11.0), "Tabloid": (11.0, 17.0), "Arch D": (24.0, 36.0)}
-INCH = 0.0254  # m
-
 
 def refine_scale(
     measured: SheetScale,
     sheet: Sheet,
+    textless: Sheet,
     spaces: Sequence[Space],
     texts: Sequence[PlacedText],
 ) -> PlanScale:
-    """The scale by everything that the sheet shows, unless the user or the file states it."""
+    """The scale by everything that the sheet shows, unless the user or the file states it.
+
+    textless: the sheet without its texts.
+    """
     if measured.is_stated:
         return measured.scale
     at_home, longest = home_probability(spaces, texts), max(sheet.shape)
     evidence = [*list_room_evidence(spaces, texts), *_list_sheet_evidence(measured, at_home)]
     dimensions = measure_dimension_lines(list_dimension_lines(texts, sheet.ink))
-    written = [dimensions, _by_written_scale(sheet, texts), by_look(spaces, at_home)]
-    evidence += [each for each in written if each is not None]
+    stairs = measure_stairs(find_flights(textless.contrast, textless.ink, texts))
+    others = [dimensions, _by_written_scale(sheet, texts), stairs, by_look(spaces, at_home)]
+    evidence += [each for each in others if each is not None]
     limits = SHEET_PARAMETERS.min_sheet / longest, SHEET_PARAMETERS.max_sheet / longest
     combined = combine_evidence(evidence, low=limits[0], high=limits[1])
     sources = [each.text for each in combined.agreeing if not each.is_look]
@@ -103,16 +107,32 @@ def _by_doors(width: DoorWidth, doors_agree: bool, at_home: float) -> ScaleEvide
 
 
 def _by_written_scale(sheet: Sheet, texts: Sequence[PlacedText]) -> ScaleEvidence | None:
-    """A scale such as 1:100, if the picture states its pixels per inch or has the shape of a paper."""
-    p, ratio = PARAMETERS, find_written_scale([text.text for text in texts])
+    """A scale such as 1:100, if the picture is a paper whose size is known, or states the pixels per inch of a scan."""
+    p, written = PARAMETERS, [text.text for text in texts]
+    ratio, longest = find_written_scale(written), max(sheet.shape)
     if ratio is None:
         return None
-    if sheet.px_per_inch is not None and sheet.px_per_inch >= p.min_scan:
-        measure = Measure((ratio * INCH / sheet.px_per_inch,), p.scanned_sd)
-        return ScaleEvidence(f"1:{ratio}", (measure,), 0.0, p.scanned_outlier_rate, 0.0)
-    short, long = sorted(sheet.shape)
-    papers = [sides for sides in PAPERS.values() if abs(long / short * sides[0] / sides[1] - 1) <= p.paper_tolerance]
-    if not papers:
-        return None
-    measure = Measure(tuple(ratio * INCH * side / long for _, side in papers), p.paper_sd)
-    return ScaleEvidence(f"1:{ratio}", (measure,), 0.0, p.paper_outlier_rate, 0.0)
+
+    def on_paper(*inches: float, sd: float, outlier_rate: float) -> ScaleEvidence:
+        """The scale if the longer side is that long."""
+        measure = Measure(tuple(ratio * INCH * side / longest for side in inches), sd)
+        return ScaleEvidence(f"1:{ratio}", (measure,), 0.0, outlier_rate, 0.0)
+
+    stated = find_scaled_paper(written, sheet.shape)
+    if stated is not None:
+        return on_paper(stated, sd=p.scanned_sd, outlier_rate=p.whole_outlier_rate)
+    alike = [max(sides) for paper, sides in PAPERS.items() if has_shape_of(paper, sheet.shape)]
+    if sheet.px_per_inch is not None:
+        side = longest / sheet.px_per_inch
+        if any(abs(side / other - 1) <= PAPER_TOLERANCE for other in alike):
+            return on_paper(side, sd=p.scanned_sd, outlier_rate=p.whole_outlier_rate)
+        if not _is_of_screen(sheet.px_per_inch):
+            return on_paper(side, sd=p.scanned_sd, outlier_rate=p.scanned_outlier_rate)
+    return on_paper(*alike, sd=p.paper_sd, outlier_rate=p.paper_outlier_rate) if alike else None
+
+
+def _is_of_screen(px_per_inch: float) -> bool:
+    """Whether pixels per inch are those of screenshots and photos, which say nothing of a paper."""
+    p = PARAMETERS
+    steps = px_per_inch / p.screen_step
+    return px_per_inch < p.min_scan or (px_per_inch <= p.max_screen + 1 and abs(steps - round(steps)) < 0.05)

@@ -9,7 +9,7 @@ from pianta.errors import MapError, PlanError
 from pianta.io._files import MAX_CELLS, check_input_file, short_repr
 from pianta.io.drawings._drawing import PlanDrawing
 from pianta.io.drawings.dxf import read_dxf_plan
-from pianta.io.drawings.pdf import read_pdf_plan
+from pianta.io.drawings.pdf import MAX_DPI, MAX_SIDE_PX, read_pdf_plan
 from pianta.io.drawings.svg import read_svg_plan
 from pianta.io.images import PICTURE_SUFFIXES, Source, path_of, read_dots_per_inch, read_picture
 from pianta.plan.sheets.drawn_sheet import draw_sheet
@@ -38,7 +38,11 @@ def open_sheet(path: Source, *, page: int | None = None, max_cells: int = MAX_CE
         return draw_sheet(DRAWING_READERS[suffix](file))
     if suffix == PDF_SUFFIX:
         content = read_pdf_plan(file, page=page)
-        return draw_sheet(content) if isinstance(content, PlanDrawing) else Sheet(content, source=file.name)
+        if isinstance(content, PlanDrawing):
+            return draw_sheet(content)
+        # Larger pages are drawn more coarsely
+        px_per_inch = MAX_DPI if max(content.shape) < MAX_SIDE_PX else None
+        return Sheet(content, px_per_inch=px_per_inch, source=file.name)
     try:
         colors = read_picture(path, max_cells=max_cells)
         return Sheet(colors, px_per_inch=read_dots_per_inch(path), source=file.name)
