@@ -13,8 +13,9 @@ from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
+from scipy import ndimage
 
-from pianta._types import Indices, Mask
+from pianta._types import Colors, Indices, Mask
 from pianta.plan.sheets.parts import SheetParts
 from pianta.plan.sheets.sheet import PlacedText, Sheet
 from pianta.plan.text.legend import find_legend, names_legend
@@ -70,7 +71,8 @@ def find_boxes(parts: SheetParts, texts: Sequence[PlacedText]) -> dict[int, str]
     areas = np.bincount(numbers.ravel(), minlength=2)
     written = np.zeros(numbers.shape, np.uint8)
     for text in texts:
-        cv2.fillPoly(written, [np.rint(text.corners[:, ::-1] / parts.cell_px - 0.5).astype(np.int32)], 1)
+        corners = np.clip(text.corners[:, ::-1] / parts.cell_px - 0.5, -1, max(numbers.shape))
+        cv2.fillPoly(written, [np.rint(corners).astype(np.int32)], 1)
     covers = np.bincount(numbers.ravel(), written.ravel(), minlength=2) / np.maximum(areas, 1)
     inside: dict[int, list[PlacedText]] = {}
     for text in texts:
@@ -119,18 +121,32 @@ def describe_left_out(kinds: Sequence[str]) -> tuple[str, ...]:
     return (f"left out: {', '.join(named)}",) if named else ()
 
 
-def erase_boxes(sheet: Sheet, parts: SheetParts, numbers: Sequence[int]) -> Sheet:
+def erase_boxes(sheet: Sheet, parts: SheetParts, numbers: Collection[int]) -> Sheet:
     """The sheet with paper where some parts and the frame were drawn."""
+    if not numbers and not parts.frame.any():
+        return sheet
     colors = sheet.colors.copy()
-    masks = [parts.numbers == number for number in numbers]
-    masks += [cv2.dilate(parts.frame.view(np.uint8), np.ones((3, 3), np.uint8)) > 0] if parts.frame.any() else []
-    for cells in masks:
-        mask = _to_pixels(cells, sheet.shape)
-        blank = sheet.colors[mask & ~sheet.ink]
-        if len(blank):
-            colors[mask] = np.median(blank, axis=0).astype(np.uint8)
-    return replace(sheet, colors=colors) if masks else sheet
+    windows = ndimage.find_objects(parts.numbers)
+    for number in numbers:
+        window = windows[number - 1]
+        if window is not None:
+            _blank(colors, sheet, parts.numbers[window] == number, window, parts)
+    if parts.frame.any():
+        # With the soft edges of its lines
+        frame = cv2.dilate(parts.frame.view(np.uint8), np.ones((3, 3), np.uint8)) > 0
+        _blank(colors, sheet, frame, (slice(0, frame.shape[0]), slice(0, frame.shape[1])), parts)
+    return replace(sheet, colors=colors)
 
 
-def _to_pixels(cells: Mask, shape: tuple[int, int]) -> Mask:
-    return cv2.resize(cells.view(np.uint8), shape[::-1], interpolation=cv2.INTER_NEAREST) > 0
+def _blank(colors: Colors, sheet: Sheet, cells: Mask, window: tuple[slice, slice], parts: SheetParts) -> None:
+    """Give the pixels of some cells the colour of the paper between what is drawn on them."""
+    # Cells are stretched a little, so that whole ones cover the sheet
+    scales = np.array(sheet.shape) / parts.numbers.shape
+    rows, cols = (
+        slice(round(side.start * scale), round(side.stop * scale)) for side, scale in zip(window, scales, strict=True)
+    )
+    pixels = colors[rows, cols]
+    mask = cv2.resize(cells.view(np.uint8), pixels.shape[1::-1], interpolation=cv2.INTER_NEAREST) > 0
+    blank = pixels[mask & ~sheet.ink[rows, cols]]
+    if len(blank):
+        pixels[mask] = np.median(blank, axis=0).astype(np.uint8)
