@@ -64,6 +64,17 @@ def test_a_frame_is_no_part():
     assert parts.frame.any()
 
 
+def test_a_title_block_has_sides_in_common_with_the_frame():
+    """Only the upper and left sides are its own, with the frame it encloses 180 x 120 px."""
+    sheet = draw_sheet(BUILDING, (10, 10, 589, 389), (409, 269, 589, 389))
+    parts = find_parts(sheet.ink, door_px=DOOR_PX)
+    block = parts.number_at(np.array((330, 500)))
+    assert block > 1
+    lines = write_lines(*LINES, left=430, top=290)
+    assert find_boxes(parts, lines) == {block: "box of text"}
+    assert np.array_equal(erase_boxes(sheet, parts, {block}).colors, draw_sheet(BUILDING).colors)
+
+
 def test_outer_walls_of_a_building_that_fills_the_sheet_are_no_frame():
     rooms = divide(columns=3, rows=2, rectangle=(10, 10, 589, 389))
     parts = find_parts(draw_sheet(*rooms).ink, door_px=DOOR_PX)
@@ -77,14 +88,32 @@ def test_outer_walls_of_a_building_that_fills_the_sheet_are_no_frame():
         (LINES, "box of text"),
         (("LEGEND", "Fire extinguisher", "Escape route", "First aid kit, you are here"), "legend"),
         (("1. Vestibule", "2. Main office", "3. Reading room", "4. Health room below"), "legend"),
+        (("Elm School", "Scale 1:100", "Date 12.3.2014"), "box of text"),
         (LINES[:2], None),
         (("Garage", "12 m2", "3.0 x 4.0"), None),
     ],
-    ids=["notes", "legend by heading", "legend by keys", "two lines", "a room"],
+    ids=["notes", "legend by heading", "legend by keys", "title block", "two lines", "a room"],
 )
 def test_what_is_written_in_a_box_says_what_it_is(lines, kind):
     parts = find_parts(draw_sheet(BUILDING, BOX).ink, door_px=DOOR_PX)
     assert find_boxes(parts, write_lines(*lines)) == ({2: kind} if kind else {})
+
+
+def test_names_in_the_rooms_of_a_second_building_are_no_list():
+    """As many words, also on three tenths of it, but not below each other."""
+    parts = find_parts(draw_sheet(BUILDING, BOX).ink, door_px=DOOR_PX)
+    names = [write(name, 405 + 50 * (n % 3), 65 + 20 * n, 50, 14) for n, name in enumerate(["Girls shower"] * 5)]
+    assert find_boxes(parts, names) == {}
+
+
+def test_a_part_with_a_door_is_a_building():
+    parts = find_parts(draw_sheet(BUILDING, BOX).ink, door_px=DOOR_PX)
+    assert find_boxes(parts, write_lines(*LINES), [np.array((110.0, 480.0))]) == {}
+
+
+def test_text_without_a_box_is_left_alone():
+    parts = find_parts(draw_sheet(BUILDING, *((405, y, 545, y + 16) for y in (69, 94, 119))).ink, door_px=DOOR_PX)
+    assert find_boxes(parts, [write(line, 403, 65 + 25 * n, 145, 24) for n, line in enumerate(LINES)]) == {}
 
 
 def test_the_largest_part_is_no_box():

@@ -268,7 +268,7 @@ def _read_sheet(sheet: Sheet, path: str | Path, options: _SheetOptions) -> PlanR
     measured = find_scale(plain, textless, texts, resolution=options.resolution, networks=networks)
     # Symbols are matched with templates and removed; the network sees the text, as in its training
     parts = find_parts(sheet.ink, door_px=measured.door_px)
-    boxes = find_boxes(parts, texts)
+    boxes = find_boxes(parts, texts, [swing.sweep().mean(axis=0) for swing in measured.swings])
     plain = erase_boxes(plain, parts, boxes)
     placed = find_symbols(textless, door_px=measured.drawn_door_px, templates=templates if options.with_symbols else ())
     class_map = segment_sheet(remove_symbols(plain.colors, placed), door_px=measured.door_px, networks=networks)

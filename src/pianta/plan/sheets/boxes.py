@@ -14,8 +14,9 @@ from dataclasses import dataclass, replace
 import cv2
 import numpy as np
 from scipy import ndimage
+from scipy.sparse.csgraph import connected_components
 
-from pianta._types import Colors, Indices, Mask
+from pianta._types import Colors, Floats, Indices, Mask
 from pianta.plan.sheets.parts import SheetParts
 from pianta.plan.sheets.sheet import PlacedText, Sheet
 from pianta.plan.text.legend import find_legend, names_legend
@@ -33,19 +34,39 @@ _SITE_TITLE = re.compile(
 _WORD = re.compile(r"[^\W\d_]{2,}")
 
 
+# What title blocks say
+_TITLE_WORDS = re.compile(
+    r"\b(?:scale|date|sheet|drawn|checked|project|drawing|dwg|revision|client|architects?|ma(?:ß|ss)stab|datum|blatt|plan-?nr"
+    r"|gezeichnet|gepr[üu]ft|projekt|bauherr|architekt|scala|tavola|progetto|committente|disegno|[ée]chelle|dessin[ée]?"
+    r"|projet|ma[îi]tre d'ouvrage|escala|fecha|l[áa]mina|proyecto|plano n|dibujado|desenho)\b",
+    re.IGNORECASE,
+)
+
+
 @dataclass(frozen=True, kw_only=True)
 class BoxParameters:
-    """Thresholds of `find_boxes`.
+    """Thresholds of `find_boxes`; heights are those of a line of text.
 
     Chosen on the plans of `floorplans` and `planfiles`, and on drawn sheets with boxes: parts of buildings have text on
-    up to 0.14 of their area there, boxes on 0.27 and more.
+    up to 0.41 of their area there, but none of it in columns; boxes have 0.27 to 0.7.
     """
 
     text_cover: float = 0.22  # of its area that is text
+    bare_text: float = 0.85  # of its area, from which on text has no box around it, and makes no room
     least_lines: int = 3
-    least_words: int = 4
-    many_lines: int = 6  # with fewer lines there must be
-    many_words: int = 8
+    listed_share: float = 0.6  # of its lines that are in columns
+    least_words: int = 8  # in columns
+    many_lines: int = 10  # with as many, fewer words are enough, as in tables
+    title_lines: int = 2  # with different words of title blocks
+    size: float = 0.4  # of the area of the largest part, at most
+    many_words: int = 40  # with as many in columns, any size
+    # A column: at least as many lines below each other
+    column_lines: int = 3
+    left_offset: float = 0.8  # heights between left edges, at most
+    line_distance: float = 3.0  # heights from a line to the next, at most
+    alike_heights: float = 1.5  # ratio of the heights of two lines, at most
+    max_texts: int = 400  # of a part; more are not compared, for time
+    # A site plan
     site_size: float = 0.4  # of the area of the largest part, at most
     title_distance: float = 3.0  # heights of its letters between a site plan and its title
 
@@ -58,6 +79,21 @@ def count_words(texts: Sequence[PlacedText]) -> int:
     return sum(len(_WORD.findall(text.text)) for text in texts)
 
 
+def share_in_columns(texts: Sequence[PlacedText]) -> float:
+    """The share of texts that stand below each other, three and more with one left edge, as the lines of a list."""
+    p = PARAMETERS
+    if not p.column_lines <= len(texts) <= p.max_texts:
+        return 0.0
+    heights = np.array([max(text.height, 1e-9) for text in texts])
+    tops, lefts = np.array([text.corners[0] for text in texts]).T
+    height = np.minimum.outer(heights, heights)
+    alike = np.maximum.outer(heights, heights) <= p.alike_heights * height
+    aligned = np.abs(np.subtract.outer(lefts, lefts)) <= p.left_offset * height
+    near = np.abs(np.subtract.outer(tops, tops)) <= p.line_distance * height
+    _, columns = connected_components(alike & aligned & near, directed=False)
+    return float((np.bincount(columns)[columns] >= p.column_lines).mean())
+
+
 def name_box(texts: Sequence[PlacedText], legend: Sequence[PlacedText]) -> str:
     """LEGEND for a box with such a heading, or half of whose texts are in the legend of the sheet; else TEXT_BOX."""
     listed = set(map(id, legend))
@@ -65,9 +101,12 @@ def name_box(texts: Sequence[PlacedText], legend: Sequence[PlacedText]) -> str:
     return LEGEND if is_legend or any(names_legend(text.text) for text in texts) else TEXT_BOX
 
 
-def find_boxes(parts: SheetParts, texts: Sequence[PlacedText]) -> dict[int, str]:
-    """What the parts of a sheet are that are no buildings, by number; the largest part always counts as one."""
-    p, numbers = PARAMETERS, parts.numbers
+def find_boxes(parts: SheetParts, texts: Sequence[PlacedText], doors: Sequence[Floats] = ()) -> dict[int, str]:
+    """What the parts of a sheet are that are no buildings, by number; the largest part always counts as one.
+
+    doors: positions of certain doors, row and col; a part with one is a building.
+    """
+    numbers = parts.numbers
     areas = np.bincount(numbers.ravel(), minlength=2)
     written = np.zeros(numbers.shape, np.uint8)
     for text in texts:
@@ -78,21 +117,35 @@ def find_boxes(parts: SheetParts, texts: Sequence[PlacedText]) -> dict[int, str]
     for text in texts:
         inside.setdefault(parts.number_at(text.middle), []).append(text)
     legend = find_legend(texts).texts
-    boxes = {}
-    for number in range(2, len(areas)):
-        own = inside.get(number, [])
-        words = count_words(own)
-        is_written = len(own) >= p.least_lines and words >= p.least_words and covers[number] >= p.text_cover
-        if is_written and (len(own) >= p.many_lines or words >= p.many_words):
-            boxes[number] = name_box(own, legend)
-    plans = (_find_site_plan(text, parts, areas, boxes) for text in texts if _SITE_TITLE.search(text.text))
+    buildings = {0, 1, *map(parts.number_at, doors)}
+    boxes = {
+        number: name_box(own, legend)
+        for number, own in sorted(inside.items())
+        if number not in buildings and _is_box(own, covers[number], areas[number] / areas[1])
+    }
+    plans = (
+        _find_site_plan(text, parts, areas, {*buildings, *boxes}) for text in texts if _SITE_TITLE.search(text.text)
+    )
     return boxes | {number: SITE_PLAN for number in plans if number is not None}
 
 
-def _find_site_plan(title: PlacedText, parts: SheetParts, areas: Indices, boxes: Collection[int]) -> int | None:
+def _is_box(texts: Sequence[PlacedText], cover: float, size: float) -> bool:
+    """Whether a part with these texts is a box of text. cover, size: its text, and itself, as in BoxParameters."""
+    p = PARAMETERS
+    if not p.text_cover <= cover < p.bare_text or len(texts) < p.least_lines:
+        return False
+    words, is_list = count_words(texts), share_in_columns(texts) >= p.listed_share
+    if size > p.size:
+        return is_list and words >= p.many_words
+    titles = [{word.casefold() for word in _TITLE_WORDS.findall(text.text)} for text in texts]
+    is_title = sum(map(bool, titles)) >= p.title_lines and len(set().union(*titles)) >= p.title_lines
+    return is_title or (is_list and (words >= p.least_words or len(texts) >= p.many_lines))
+
+
+def _find_site_plan(title: PlacedText, parts: SheetParts, areas: Indices, excluded: Collection[int]) -> int | None:
     """The number of the part to which the title of a site plan belongs, None without one.
 
-    It is the nearest one that is far smaller than the largest part, larger than a line of text, and no other box.
+    It is the nearest one that is far smaller than the largest part, larger than a line of text, and not excluded.
     areas: of all parts, cells, shape (N,).
     """
     p, cell_px = PARAMETERS, parts.cell_px
@@ -102,7 +155,7 @@ def _find_site_plan(title: PlacedText, parts: SheetParts, areas: Indices, boxes:
     near = parts.numbers[first[0] : last[0], first[1] : last[1]]
     written = float(np.prod(high - low)) + 2 * reach**2
     possible = (areas > written) & (areas <= p.site_size * areas[1])
-    possible[[0, 1, *boxes]] = False
+    possible[[0, 1, *excluded]] = False
     cells = np.argwhere(possible[near])
     if not len(cells):
         return None

@@ -13,7 +13,7 @@ import shapely
 from shapely import Polygon
 
 from pianta.floor import OUTSIDE_FLAG, Floor, Room
-from pianta.plan.sheets.boxes import SITE_PLAN, count_words, name_box
+from pianta.plan.sheets.boxes import SITE_PLAN, count_words, name_box, share_in_columns
 from pianta.plan.sheets.parts import SheetParts
 from pianta.plan.sheets.sheet import PlacedText
 from pianta.plan.text.legend import find_legend
@@ -32,6 +32,7 @@ class NoRoomParameters:
     lines: int = 5
     words: int = 12
     text_cover: float = 0.3  # of its area that is text
+    listed_share: float = 0.6  # of its lines that are in columns
     # A site plan or key plan without a title
     site_size: float = 0.4  # of the area of the building, at most
     small_room: float = 1 / 6  # of the median area of the rooms of the building
@@ -170,6 +171,7 @@ def _is_touching_box(room: _Candidate) -> bool:
     """Whether a room of a building is a box of text."""
     p = PARAMETERS
     is_list = len(room.texts) >= p.lines and count_words(room.texts) >= p.words
+    is_list = is_list and share_in_columns(room.texts) >= p.listed_share
     return is_list and not room.doors and room.text_area >= p.text_cover * room.area
 
 

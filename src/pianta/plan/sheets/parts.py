@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from scipy import ndimage
 
 from pianta._types import Floats, Mask
 
@@ -59,6 +60,8 @@ def find_parts(ink: Mask, *, door_px: float) -> SheetParts:
         # The outer walls of a building that fills the sheet
         frame = np.zeros_like(frame)
         numbers = _number_parts(drawn, reach)
+    elif frame.any():
+        _close_at_frame(numbers, frame, reach)
     return SheetParts(numbers, frame, cell_px)
 
 
@@ -70,6 +73,20 @@ def _number_parts(drawn: Mask, reach: int) -> NDArray[np.int32]:
     for number, outline in enumerate(sorted(outlines, key=cv2.contourArea, reverse=True), start=1):
         cv2.drawContours(numbers, [outline], -1, number, cv2.FILLED)
     return numbers
+
+
+def _close_at_frame(numbers: NDArray[np.int32], frame: Mask, reach: int) -> None:
+    """Fill the rectangle around each part that touches the frame, in place: a title block has sides in common with it.
+
+    Not where the largest part is, and not where this is as large as that. Parts in the rectangle belong to it.
+    """
+    grown = cv2.dilate(frame.view(np.uint8), np.ones((2 * reach + 1,) * 2, np.uint8)) > 0
+    touching = np.unique(numbers[grown & (numbers > 1)])
+    windows, largest = ndimage.find_objects(numbers), np.count_nonzero(numbers == 1)
+    for number in touching.tolist():
+        cells = numbers[windows[number - 1]]
+        if not (cells == 1).any() and 2 * cells.size <= largest:
+            cells[:] = number
 
 
 def _frame_lines(drawn: Mask) -> Mask:
