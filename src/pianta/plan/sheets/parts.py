@@ -19,6 +19,7 @@ class PartParameters:
     """Thresholds of `find_parts`; shares are of a side of the sheet. Chosen by hand on drawn sheets with frames."""
 
     gap: float = 0.6  # door widths of blank paper between two parts, at least
+    frame_distance: float = 1.0  # door widths between a frame and the largest part, at least
     frame_length: float = 0.75  # share that a line of a frame is long, at least
     frame_depth: float = 0.12  # share from the edge of the sheet within which frames are
 
@@ -56,8 +57,9 @@ def find_parts(ink: Mask, *, door_px: float) -> SheetParts:
     reach = max(1, round(PARAMETERS.gap / 2 * door_px / cell_px))
     frame = _frame_lines(drawn)
     numbers = _number_parts(drawn & ~frame, reach)
-    if (frame & (cv2.dilate((numbers == 1).view(np.uint8), np.ones((3, 3), np.uint8)) > 0)).any():
-        # The outer walls of a building that fills the sheet
+    blank = max(1, round(PARAMETERS.frame_distance * door_px / cell_px) - reach)
+    if (frame & (cv2.dilate((numbers == 1).view(np.uint8), np.ones((2 * blank + 1,) * 2, np.uint8)) > 0)).any():
+        # The outer walls of a building that fills the sheet, or their outer faces
         frame = np.zeros_like(frame)
         numbers = _number_parts(drawn, reach)
     elif frame.any():
