@@ -67,7 +67,7 @@ class _Candidate:
 
     @property
     def area(self) -> float:
-        return self.room.polygon.area
+        return float(self.room.polygon.area)
 
 
 def leave_out(
