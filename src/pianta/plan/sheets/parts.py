@@ -19,7 +19,7 @@ class PartParameters:
     """Thresholds of `find_parts`; shares are of a side of the sheet. Chosen by hand on drawn sheets with frames."""
 
     gap: float = 0.6  # door widths of blank paper between two parts, at least
-    frame_distance: float = 1.0  # door widths between a frame and the largest part, at least
+    frame_distance: float = 0.75  # door widths between a frame and the largest part, at least: walls are thinner
     frame_length: float = 0.75  # share that a line of a frame is long, at least
     frame_depth: float = 0.12  # share from the edge of the sheet within which frames are
 
