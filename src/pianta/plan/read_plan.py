@@ -29,12 +29,15 @@ from pianta.plan.scale.refined_scale import refine_scale
 from pianta.plan.scale.room_evidence import home_probability
 from pianta.plan.scale.sheet_scale import find_scale
 from pianta.plan.scale.spaces import measure_spaces
+from pianta.plan.sheets.boxes import describe_left_out, erase_boxes, find_boxes
 from pianta.plan.sheets.drawn_sheet import draw_sheet
 from pianta.plan.sheets.flagged_rooms import flag_rooms
 from pianta.plan.sheets.floors_on_sheet import reconstruct_sheet_floors
 from pianta.plan.sheets.map_or_plan import looks_like_drawing
+from pianta.plan.sheets.no_rooms import leave_out
 from pianta.plan.sheets.open_rooms import join_open_rooms
 from pianta.plan.sheets.open_sheet import open_sheet
+from pianta.plan.sheets.parts import find_parts
 from pianta.plan.sheets.sheet import PlacedText, PlanScale, Sheet
 from pianta.plan.symbols.detection import find_symbols, remove_symbols
 from pianta.plan.symbols.poses import PlacedSymbol
@@ -99,7 +102,8 @@ class PlanReading:
     px_per_unit
         Pixels per unit of a vector drawing; 1 where pixels are the unit.
     notes
-        What was taken from a DXF, a line each: layers, and what was skipped.
+        What was taken from a DXF, a line each: layers, and what was skipped; and what a sheet shows beside its
+        building, such as a legend.
     """
 
     floors: tuple[PlanFloor, ...]
@@ -228,7 +232,7 @@ def _read_dxf(drawing: PlanDrawing, path: str | Path, layers: LayerChoice, optio
             raise
         reading = _read_sheet(draw_sheet(without), path, options)
         notes = (f"{notes[0]}; they close no rooms, all lines were read", *notes[1:]) if notes else ()
-    return replace(reading, notes=notes)
+    return replace(reading, notes=(*notes, *reading.notes))
 
 
 def _read_svg(drawing: PlanDrawing, path: str | Path, options: _SheetOptions) -> PlanReading:
@@ -263,6 +267,9 @@ def _read_sheet(sheet: Sheet, path: str | Path, options: _SheetOptions) -> PlanR
     plain = erase_grid(erase_dimension_lines(sheet, texts))
     measured = find_scale(plain, textless, texts, resolution=options.resolution, networks=networks)
     # Symbols are matched with templates and removed; the network sees the text, as in its training
+    parts = find_parts(sheet.ink, door_px=measured.door_px)
+    boxes = find_boxes(parts, texts, [swing.sweep().mean(axis=0) for swing in measured.swings])
+    plain = erase_boxes(plain, parts, boxes)
     placed = find_symbols(textless, door_px=measured.drawn_door_px, templates=templates if options.with_symbols else ())
     class_map = segment_sheet(remove_symbols(plain.colors, placed), door_px=measured.door_px, networks=networks)
     swings = measured.swings if options.with_symbols else ()
@@ -281,6 +288,7 @@ def _read_sheet(sheet: Sheet, path: str | Path, options: _SheetOptions) -> PlanR
             sweeps=[swing.sweep() for swing in swings],
         )
         floors = reconstruct_sheet_floors(floor_map, doors, method=options.method, source=sheet.source)
+    floors, no_rooms = leave_out(floors, parts, texts, height=sheet.shape[0])
     _check_floors(floors, path)
     spaces = measure_spaces(floors, class_map, texts, height=sheet.shape[0])
     scale = refine_scale(measured, sheet, textless, spaces, texts)
@@ -291,7 +299,8 @@ def _read_sheet(sheet: Sheet, path: str | Path, options: _SheetOptions) -> PlanR
         join_open_rooms(scale_floor(floor, metres, metres), sheet, class_map, resolution=metres, at_home=at_home)
         for floor in floors
     ]
-    return PlanReading(_name_rooms(in_metres, sheet, texts, scale), sheet, placed, sheet.px_per_unit)
+    notes = describe_left_out([*boxes.values(), *no_rooms])
+    return PlanReading(_name_rooms(in_metres, sheet, texts, scale), sheet, placed, sheet.px_per_unit, notes)
 
 
 def _refuse_options(path: str | Path, options: Mapping[str, object]) -> None:

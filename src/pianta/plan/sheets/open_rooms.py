@@ -116,7 +116,9 @@ def _list_borders(floor: Floor, sheet: Sheet, class_map: ClassMap, resolution: f
     )
     for first, second in zip(firsts, seconds, strict=True):
         one, other = rooms[first], rooms[second]
-        points = _points_between(one, other, reach) if first < second else np.zeros((0, 2))
+        # What is outside is no part of a room
+        is_pair = first < second and one.flag == other.flag
+        points = _points_between(one, other, reach) if is_pair else np.zeros((0, 2))
         if len(points):
             pixels = _to_pixels(points, sheet.shape, resolution)
             has_wall = walls[_indices(pixels / class_map.cell_px, walls.shape)] >= PARAMETERS.max_wall

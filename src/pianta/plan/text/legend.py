@@ -84,6 +84,11 @@ def standard_key(text: str) -> str:
     return key.lstrip("0") or key
 
 
+def names_legend(text: str) -> bool:
+    """Whether a text is the heading of a legend."""
+    return bool(_HEADING.match(text))
+
+
 def find_legend(texts: Sequence[PlacedText]) -> Legend:
     """The legend on a sheet, empty without one.
 
