@@ -44,6 +44,7 @@ if TYPE_CHECKING:
 MAX_FILE_BYTES = 64 * 2**20
 MAX_ENTITIES = 300_000
 MAX_DEPTH = 16  # of blocks in blocks
+MAX_LISTED_COUNT = 10**15  # in messages: a count may have hundreds of digits
 MAX_DOOR_CHAINS = 100  # of a block that may be a door
 _LISTED_LAYERS = 10  # in messages
 
@@ -182,17 +183,21 @@ class _Reader:
     def read_entities(self, entities: Iterable[DXFGraphic], *, parents: tuple[_Block, ...]) -> None:
         """Read entities inside blocks; parents: these blocks, from the outermost to the innermost."""
         for entity in entities:
-            self.entities += 1
-            if self.entities > MAX_ENTITIES:
-                raise plan_error(self.pieces.file, f"draws more than {MAX_ENTITIES} things, give one floor")
+            self._count(1)
             layer = _layer_of(entity, parents)
             self.drawn_layers.add(layer)
             if entity.dxf.get("invisible", 0) or self._is_frozen(layer):
                 continue
             if entity.dxftype() == "INSERT":
-                self._read_block(entity, layer, parents)
+                self._read_or_skip_block(entity, layer, parents)
             elif not self._is_off(layer):
                 self._read_or_skip(entity, layer, parents)
+
+    def _count(self, things: int) -> None:
+        """Raise PlanError for more than MAX_ENTITIES entities and placed blocks."""
+        self.entities += things
+        if self.entities > MAX_ENTITIES:
+            raise plan_error(self.pieces.file, f"draws more than {MAX_ENTITIES} things, give one floor")
 
     def _read_or_skip(self, entity: DXFGraphic, layer: str, parents: tuple[_Block, ...]) -> None:
         """Read an entity that is no block; one that ezdxf cannot convert is skipped and counted."""
@@ -202,6 +207,15 @@ class _Reader:
             raise
         except Exception:
             self.pieces.skipped[entity.dxftype()] += 1
+
+    def _read_or_skip_block(self, insert: Insert, layer: str, parents: tuple[_Block, ...]) -> None:
+        """Read a block; one that ezdxf cannot place, such as beyond the range of numbers, is skipped and counted."""
+        try:
+            self._read_block(insert, layer, parents)
+        except PlanError:
+            raise
+        except Exception:
+            self.pieces.skipped["INSERT"] += 1
 
     def _role_of(self, layer: str, parents: tuple[_Block, ...]) -> Role:
         """The role of what is drawn on a layer in blocks: that of the chosen layers, else by names."""
@@ -221,7 +235,10 @@ class _Reader:
         if len(parents) == MAX_DEPTH:
             raise plan_error(self.pieces.file, f"has blocks more than {MAX_DEPTH} deep, explode some")
         if insert.mcount > MAX_ENTITIES:
-            raise plan_error(self.pieces.file, f"repeats a block {insert.mcount} times, give one floor")
+            times = insert.mcount if insert.mcount < MAX_LISTED_COUNT else f"{MAX_LISTED_COUNT} and more"
+            raise plan_error(self.pieces.file, f"repeats a block {times} times, give one floor")
+        # Blocks without content take time, too
+        self._count(max(insert.mcount, 1) - 1)
         if not self._is_off(layer):
             self._read_attributes(insert)
         definition = insert.block()
