@@ -99,7 +99,7 @@ class PlanReading:
     px_per_unit
         Pixels per unit of a vector drawing; 1 where pixels are the unit.
     notes
-        What was taken from a DXF, a line each: layers, and what was skipped.
+        A line each: what was taken from which layers of a DXF and what was skipped; whether a photo was straightened.
     """
 
     floors: tuple[PlanFloor, ...]
@@ -165,7 +165,7 @@ def read_plan(
     Warns
     -----
     PlanWarning
-        The text cannot be read, or a sheet shows several floors.
+        The text cannot be read or is mirrored, or a sheet shows several floors.
 
     References
     ----------
@@ -290,7 +290,8 @@ def _read_sheet(sheet: Sheet, path: str | Path, options: _SheetOptions) -> PlanR
         join_open_rooms(scale_floor(floor, metres, metres), sheet, class_map, resolution=metres, at_home=at_home)
         for floor in floors
     ]
-    return PlanReading(_name_rooms(in_metres, sheet, texts, scale), sheet, placed, sheet.px_per_unit)
+    named = _name_rooms(in_metres, sheet, texts, scale)
+    return PlanReading(named, sheet, placed, sheet.px_per_unit, sheet.notes)
 
 
 def _refuse_options(path: str | Path, options: Mapping[str, object]) -> None:
@@ -309,7 +310,11 @@ def _read_texts(sheet: Sheet, path: str | Path) -> tuple[PlacedText, ...]:
         message = f"plan {short_repr(path)} is read without its text, install pianta[plan] to read names"
         warnings.warn(PlanWarning(message), stacklevel=3)
         return ()
-    return read_texts(sheet.colors)
+    texts = read_texts(sheet.colors)
+    if any(text.is_mirrored for text in texts):
+        message = f"plan {short_repr(path)} is mirrored, names were read in a mirror and rooms are as drawn; flip it"
+        warnings.warn(PlanWarning(message), stacklevel=3)
+    return texts
 
 
 def _check_floors(floors: Sequence[Floor], path: str | Path) -> None:
