@@ -309,6 +309,15 @@ def test_blocks_without_content_are_counted(tmp_path, monkeypatch):
         read(document, tmp_path)
 
 
+def test_a_spline_with_very_many_points_goes_straight_from_one_to_the_next(tmp_path, monkeypatch):
+    """Its curve would take gigabytes."""
+    monkeypatch.setattr(dxf_plan, "MAX_FIT_POINTS", 3)
+    document = new_document()
+    document.modelspace().add_spline([(0, 0), (10, 5), (20, 0), (30, 5)])
+    lines = [[[0, 0], [10, 5]], [[10, 5], [20, 0]], [[20, 0], [30, 5]]]
+    assert read(document, tmp_path).lines.tolist() == lines
+
+
 def test_a_count_of_hundreds_of_digits_is_shortened(tmp_path):
     array = f"0\nINSERT\n8\n0\n2\nnowhere\n10\n0\n20\n0\n70\n{'9' * 400}\n71\n1000\n44\n1\n45\n1\n"
     path = tmp_path / "array.dxf"

@@ -254,6 +254,23 @@ def test_names_in_rooms_and_in_a_legend_are_read(tmp_path, legend):
 
 
 @pytest.mark.slow
+def test_a_mirrored_plan_is_told_and_its_rooms_stay_where_they_are_drawn(tmp_path):
+    pytest.importorskip("rapidocr", reason="pianta[plan] is not installed")
+    texts = {2: "Main office", 3: "Library", 4: "Kitchen", 5: "Laboratory", 6: "Storage"}
+    plan = draw_plan(FIVE, texts=texts, px_per_metre=40)
+    upright = only_floor(read(plan, tmp_path, with_text=True, resolution=0.025)).floor
+    with pytest.warns(PlanWarning, match=r"plan\.png' is mirrored.*; flip it"):
+        mirrored = only_floor(read(plan.colors[:, ::-1], tmp_path, with_text=True, resolution=0.025)).floor
+    width = plan.colors.shape[1] * 0.025
+    middles = {room.name: room.polygon.centroid for room in mirrored.rooms if room.name}
+    assert sorted(middles) == sorted(texts.values())
+    for room in upright.rooms:
+        if room.name:
+            middle = room.polygon.centroid
+            assert (width - middles[room.name].x, middles[room.name].y) == pytest.approx((middle.x, middle.y), abs=0.3)
+
+
+@pytest.mark.slow
 def test_the_resolution_of_an_svg_is_metres_per_unit(tmp_path):
     """Two rooms of 4 m side by side, in centimetres, that name neither walls nor doors."""
     pytest.importorskip("svgelements")

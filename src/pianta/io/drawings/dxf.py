@@ -44,6 +44,7 @@ if TYPE_CHECKING:
 MAX_FILE_BYTES = 64 * 2**20
 MAX_ENTITIES = 300_000
 MAX_DEPTH = 16  # of blocks in blocks
+MAX_FIT_POINTS = 1000  # of a spline that is computed
 MAX_LISTED_COUNT = 10**15  # in messages: a count may have hundreds of digits
 MAX_DOOR_CHAINS = 100  # of a block that may be a door
 _LISTED_LAYERS = 10  # in messages
@@ -304,7 +305,8 @@ class _Reader:
         entity_type = entity.dxftype()
         if entity_type in _CURVES:
             width = float(entity.dxf.get("const_width", 0) or 0) if entity_type == "LWPOLYLINE" else 0.0
-            chains = list(_chains_of_path(path.make_path(entity)))
+            through = _many_fit_points(entity)
+            chains = list(_chains_of_path(path.make_path(entity))) if through is None else [through]
             for chain in chains:
                 self._add_line(chain, layer, role, width, parents)
             if chains and entity_type in _CLOSED and role != "door":
@@ -426,6 +428,17 @@ def _color_of(entity: DXFGraphic, parents: tuple[_Block, ...]) -> int:
 def _chains_of_path(path: DxfPath) -> Iterator[Floats]:
     for part in path.sub_paths():
         yield from chains_of_steps(np.array(part.start.vec2), _steps_of_path(part))
+
+
+def _many_fit_points(entity: DXFGraphic) -> Floats | None:
+    """The points, shape (N, 2), of a spline that is given by many points on it; None for all other entities.
+
+    They are as good as the curve, for which ezdxf would solve equations of N × N numbers.
+    """
+    if entity.dxftype() != "SPLINE" or len(entity.control_points) or len(entity.fit_points) <= MAX_FIT_POINTS:
+        return None
+    points = np.array([(x, y) for x, y, _ in entity.fit_points], float)
+    return np.vstack([points, points[:1]]) if entity.closed else points
 
 
 def _steps_of_path(path: DxfPath) -> Iterator[Floats]:
