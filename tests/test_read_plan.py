@@ -2,18 +2,19 @@
 
 import re
 import warnings
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import cv2
 import numpy as np
 import pytest
-from shapely import Polygon, box
+from shapely import LineString, Polygon, box
 from shapely.affinity import translate
 
 from pianta._types import Colors
 from pianta.errors import OptionError, PlanError, PlanWarning
-from pianta.floor import Floor
+from pianta.floor import Door, Floor, Room
 from pianta.plan import read_plan as plan_reading
 from pianta.plan.doors.swings import Swing
 from pianta.plan.read_plan import PlanFloor, PlanReading, read_plan
@@ -158,6 +159,28 @@ def test_two_floors_on_a_sheet_are_read_with_a_warning(tmp_path):
     assert [len(first.floor.rooms), len(second.floor.rooms)] == [6, 4]
     assert all(first.floor.rooms[0].polygon.disjoint(room.polygon) for room in second.floor.rooms)
     assert first.scale == second.scale
+
+
+@pytest.mark.slow
+def test_many_plans_on_a_sheet_are_told_as_such(tmp_path):
+    one = draw_plan(THREE, px_per_metre=25).colors
+    padded = np.pad(one, ((60, 60), (60, 60), (0, 0)), constant_values=255)
+    path = save(np.vstack([np.hstack([padded] * 2)] * 2), tmp_path)
+    with pytest.warns(PlanWarning, match="shows 4 floors or plans.*crop it to one") as caught:
+        read_plan(path, resolution=0.04, with_text=False)
+    assert [len(str(each.message).splitlines()) for each in caught] == [1]
+
+
+def test_a_single_room_without_a_door_may_be_no_plan():
+    room = Room(1, box(0, 0, 4, 4))
+    picture = Sheet(np.full((9, 9, 3), 255, np.uint8))
+    (note,) = plan_reading._doubt_plan([Floor((room,))], picture)
+    assert note.startswith("plan: a single room without a door")
+    door = Door((1, None), LineString([(1, 0), (2, 0)]), 1.0)
+    assert plan_reading._doubt_plan([Floor((room,), (door,))], picture) == ()
+    assert plan_reading._doubt_plan([Floor((room, Room(2, box(4, 0, 8, 4))))], picture) == ()
+    named = replace(picture, walls=np.zeros((9, 9), bool))
+    assert plan_reading._doubt_plan([Floor((room,))], named) == ()
 
 
 def wash(height: int = 300, width: int = 400) -> Colors:

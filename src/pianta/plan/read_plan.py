@@ -52,6 +52,7 @@ from pianta.plan.walls.segmentation import NETWORKS, has_walls, segment_sheet
 STOREY_READERS = MappingProxyType({".ifc": read_ifc_plan, ".sh3d": read_sweethome3d})
 DXF_SUFFIX = ".dxf"
 SVG_SUFFIX = ".svg"
+MANY_FLOORS = 4  # on a sheet, from which on they may be different plans, as on a board
 MIN_SHEET_LINES = 60  # of a DXF that are worth a network: simpler plans enclose their rooms, or show none
 # The frame of a storey
 CELL = 0.05  # m; larger for storeys that would have too many cells
@@ -99,7 +100,8 @@ class PlanReading:
     px_per_unit
         Pixels per unit of a vector drawing; 1 where pixels are the unit.
     notes
-        A line each: what was taken from which layers of a DXF and what was skipped; whether a photo was straightened.
+        A line each: what was taken from which layers of a DXF and what was skipped; whether a photo was straightened,
+        and whether a picture may be no plan.
     """
 
     floors: tuple[PlanFloor, ...]
@@ -291,7 +293,7 @@ def _read_sheet(sheet: Sheet, path: str | Path, options: _SheetOptions) -> PlanR
         for floor in floors
     ]
     named = _name_rooms(in_metres, sheet, texts, scale)
-    return PlanReading(named, sheet, placed, sheet.px_per_unit, sheet.notes)
+    return PlanReading(named, sheet, placed, sheet.px_per_unit, (*sheet.notes, *_doubt_plan(floors, sheet)))
 
 
 def _refuse_options(path: str | Path, options: Mapping[str, object]) -> None:
@@ -321,9 +323,24 @@ def _check_floors(floors: Sequence[Floor], path: str | Path) -> None:
     """Raise PlanError if there is no floor, and warn if there are several."""
     if not floors:
         raise PlanError(f"plan {short_repr(path)} shows no rooms, give a plan with walls, or its resolution=")
-    if len(floors) > 1:
+    if len(floors) >= MANY_FLOORS:
+        message = (
+            f"plan {short_repr(path)} shows {len(floors)} floors or plans, each is read on its own and at one scale; "
+            "crop it to one if they are different plans"
+        )
+        warnings.warn(PlanWarning(message), stacklevel=3)
+    elif len(floors) > 1:
         message = f"plan {short_repr(path)} shows {len(floors)} floors, each is read on its own"
         warnings.warn(PlanWarning(message), stacklevel=3)
+
+
+def _doubt_plan(floors: Sequence[Floor], sheet: Sheet) -> tuple[str, ...]:
+    """A line about a picture with a single room that no drawn door leads into: frames of charts look so."""
+    rooms = [room for floor in floors for room in floor.rooms]
+    has_doors = any(door.kind == "door" for floor in floors for door in floor.doors)
+    if len(rooms) != 1 or has_doors or sheet.walls is not None:
+        return ()
+    return ("plan: a single room without a door, this may be no plan; look at picture.png",)
 
 
 def _name_rooms(

@@ -33,6 +33,7 @@ class PerspectiveParameters:
     min_paper: float = 0.25  # share of the picture that is paper on a darker table
     min_fit: float = 0.96  # share of the paper that its four corners enclose, and the other way round
     min_step: float = 25.0  # grey levels between the paper and the table
+    edge: float = 0.01  # share of the longer side: lines nearer to the edges of the paper are these
     trim: float = 0.006  # share of the sides of the paper that is cut off, with its shadow
     focal_length: float = 0.75  # of phones, in longer sides of the picture: 27 mm on 36 mm
     max_growth: float = 2.5  # of the number of pixels
@@ -109,7 +110,8 @@ def _find_families(segments: Floats, shape: tuple[int, ...], *, within: Floats |
         inner = within + (within.mean(axis=0) - within) * 2 * PARAMETERS.trim
         outline = inner.astype(np.float32)
         middles = segments.mean(axis=1)
-        is_inside = [cv2.pointPolygonTest(outline, (float(x), float(y)), True) > 0.01 * max(shape) for x, y in middles]
+        depths = [cv2.pointPolygonTest(outline, (float(x), float(y)), measureDist=True) for x, y in middles]
+        is_inside = [depth > PARAMETERS.edge * max(shape) for depth in depths]
         segments = segments[np.array(is_inside, bool)]
     if len(segments) < 2 * PARAMETERS.min_segments:
         return None
@@ -184,9 +186,7 @@ def _aims_at(segments: Floats, point: Floats) -> Mask:
     return np.asarray(_turn_between(np.degrees(angles), np.degrees(aims)) <= PARAMETERS.aim_degrees)
 
 
-def _is_perspective(
-    families: tuple[Floats, Floats], points: Matrix, shape: tuple[int, ...], *, of_paper: bool
-) -> bool:
+def _is_perspective(families: tuple[Floats, Floats], points: Matrix, shape: tuple[int, ...], *, of_paper: bool) -> bool:
     """Whether lines clearly converge at two vanishing points, and do not fit parallel lines nearly as well.
 
     of_paper: whether the points are those of the edges of the paper, so that fewer lines suffice.
@@ -234,7 +234,7 @@ def _find_paper(grey: Greys) -> Floats | None:
     # Drawn lines are closed, so that the paper is one bright piece
     side = max(3, round(0.02 * max(grey.shape))) | 1
     closed = cv2.morphologyEx(cv2.medianBlur(grey, 5), cv2.MORPH_CLOSE, np.ones((side, side), np.uint8))
-    threshold, bright = cv2.threshold(closed, 0, 255, cv2.THRESH_OTSU)
+    bright = cv2.threshold(closed, 0, 255, cv2.THRESH_OTSU)[1]
     levels = [float(np.median(grey[part])) if part.any() else 0.0 for part in (bright > 0, bright == 0)]
     if levels[0] - levels[1] < p.min_step:
         return None
