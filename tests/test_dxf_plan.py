@@ -318,6 +318,17 @@ def test_a_spline_with_very_many_points_goes_straight_from_one_to_the_next(tmp_p
     assert read(document, tmp_path).lines.tolist() == lines
 
 
+def test_texts_of_megabytes_are_cut(tmp_path):
+    document = new_document()
+    space = document.modelspace()
+    space.add_line((0, 0), (9, 0))
+    space.add_text("A" * 2_000_000, height=1)
+    space.add_mtext("B" * 2_000_000, {"char_height": 1})
+    document.blocks.new("tag").add_attdef("NAME", (0, 0))
+    space.add_blockref("tag", (0, 0)).add_attrib("NAME", "C" * 2_000_000)
+    assert [text.text for text in read(document, tmp_path).texts] == ["A" * 5000, "B" * 5000, "C" * 5000]
+
+
 def test_a_count_of_hundreds_of_digits_is_shortened(tmp_path):
     array = f"0\nINSERT\n8\n0\n2\nnowhere\n10\n0\n20\n0\n70\n{'9' * 400}\n71\n1000\n44\n1\n45\n1\n"
     path = tmp_path / "array.dxf"

@@ -45,6 +45,7 @@ MAX_FILE_BYTES = 64 * 2**20
 MAX_ENTITIES = 300_000
 MAX_DEPTH = 16  # of blocks in blocks
 MAX_FIT_POINTS = 1000  # of a spline that is computed
+MAX_LETTERS = 5000  # of a text, with its codes
 MAX_LISTED_COUNT = 10**15  # in messages: a count may have hundreds of digits
 MAX_DOOR_CHAINS = 100  # of a block that may be a door
 _LISTED_LAYERS = 10  # in messages
@@ -282,6 +283,8 @@ class _Reader:
 
     def _read_attributes(self, insert: Insert) -> None:
         """Read the visible attributes of a block as texts, and all of them as the stamp of a room."""
+        for attribute in insert.attribs:
+            _shorten(attribute)
         visible = [attribute for attribute in insert.attribs if not attribute.is_invisible]
         for attribute in visible:
             self._read_text(attribute)
@@ -473,7 +476,16 @@ def _decode(text: str) -> str:
     return " ".join(decode_dxf_unicode(text).split())
 
 
+def _shorten(entity: DXFGraphic) -> None:
+    """Cut the content of a text to MAX_LETTERS: ezdxf takes minutes for megabytes of it."""
+    if entity.dxftype() == "MTEXT":
+        entity.text = entity.text[:MAX_LETTERS]
+    else:
+        entity.dxf.text = str(entity.dxf.get("text", ""))[:MAX_LETTERS]
+
+
 def _locate_attribute(attribute: DXFGraphic) -> DrawnText:
+    _shorten(attribute)
     return _locate_mtext(attribute) if attribute.dxftype() == "MTEXT" else _locate_text(attribute)
 
 
