@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import cv2
 import numpy as np
@@ -88,17 +89,18 @@ def straighten(colors: Colors) -> StraightPicture | None:
 
 def _find_segments(grey: Greys) -> Floats:
     """The straight lines of a picture, the longest first: ends x and y, shape (N, 2, 2)."""
-    found = cv2.createLineSegmentDetector(cv2.LSD_REFINE_STD).detect(grey)[0]
+    # The stubs of OpenCV do not know that there may be no lines
+    found: Any = cv2.createLineSegmentDetector(cv2.LSD_REFINE_STD).detect(grey)[0]
     if found is None:
         return np.zeros((0, 2, 2))
     segments = np.asarray(found, float).reshape(-1, 2, 2)
     lengths = _lengths(segments)
     order = np.argsort(-lengths, kind="stable")[: PARAMETERS.max_segments]
-    return segments[order[lengths[order] >= PARAMETERS.min_segment * max(grey.shape)]]
+    return np.asarray(segments[order[lengths[order] >= PARAMETERS.min_segment * max(grey.shape)]])
 
 
 def _lengths(segments: Floats) -> Floats:
-    return np.hypot(*(segments[:, 1] - segments[:, 0]).T)
+    return np.asarray(np.hypot(*(segments[:, 1] - segments[:, 0]).T))
 
 
 def _find_families(segments: Floats, shape: tuple[int, ...], *, within: Floats | None) -> tuple[Floats, Floats] | None:
@@ -242,7 +244,7 @@ def _find_paper(grey: Greys) -> Floats | None:
     hull = cv2.convexHull(max(outlines, key=cv2.contourArea))
     if cv2.contourArea(hull) < p.min_paper * grey.size:
         return None
-    corners = _four_corners(hull)
+    corners = _four_corners(np.asarray(hull, np.int32))
     if corners is None:
         return None
     inside = np.zeros(grey.shape, np.uint8)
