@@ -296,6 +296,58 @@ def test_a_block_within_itself_is_refused_or_left_out(tmp_path):
         read(document, tmp_path)
 
 
+def test_blocks_without_content_are_counted(tmp_path, monkeypatch):
+    """Arrays of arrays of nothing took minutes: 30 × 30 blocks with 30 × 30 blocks."""
+    monkeypatch.setattr(dxf_plan, "MAX_ENTITIES", 1000)
+    grid = {"row_count": 30, "row_spacing": 1, "column_count": 30, "column_spacing": 1}
+    document = new_document()
+    document.modelspace().add_line((0, 0), (1, 1))
+    document.blocks.new("empty")
+    document.blocks.new("array").add_blockref("empty", (0, 0), dxfattribs=grid)
+    document.modelspace().add_blockref("array", (0, 0), dxfattribs=grid)
+    with pytest.raises(PlanError, match="draws more than 1000 things"):
+        read(document, tmp_path)
+
+
+def test_a_spline_with_very_many_points_goes_straight_from_one_to_the_next(tmp_path, monkeypatch):
+    """Its curve would take gigabytes."""
+    monkeypatch.setattr(dxf_plan, "MAX_FIT_POINTS", 3)
+    document = new_document()
+    document.modelspace().add_spline([(0, 0), (10, 5), (20, 0), (30, 5)])
+    lines = [[[0, 0], [10, 5]], [[10, 5], [20, 0]], [[20, 0], [30, 5]]]
+    assert read(document, tmp_path).lines.tolist() == lines
+
+
+def test_texts_of_megabytes_are_cut(tmp_path):
+    document = new_document()
+    space = document.modelspace()
+    space.add_line((0, 0), (9, 0))
+    space.add_text("A" * 2_000_000, height=1)
+    space.add_mtext("B" * 2_000_000, {"char_height": 1})
+    document.blocks.new("tag").add_attdef("NAME", (0, 0))
+    space.add_blockref("tag", (0, 0)).add_attrib("NAME", "C" * 2_000_000)
+    assert [text.text for text in read(document, tmp_path).texts] == ["A" * 5000, "B" * 5000, "C" * 5000]
+
+
+def test_a_count_of_hundreds_of_digits_is_shortened(tmp_path):
+    array = f"0\nINSERT\n8\n0\n2\nnowhere\n10\n0\n20\n0\n70\n{'9' * 400}\n71\n1000\n44\n1\n45\n1\n"
+    path = tmp_path / "array.dxf"
+    path.write_text(BARE.format(BARE_LINE + array))
+    with pytest.raises(PlanError, match="repeats a block 1000000000000000 and more times") as caught:
+        read_dxf_plan(path)
+    assert len(str(caught.value)) < 300 + len(str(path))
+
+
+def test_a_block_beyond_the_range_of_numbers_is_skipped_and_counted(tmp_path):
+    document = new_document()
+    space = document.modelspace()
+    space.add_line((0, 0), (9, 0))
+    space.add_blockref("Door", (1e300, 0), dxfattribs={"xscale": 1e300})
+    drawing = read(document, tmp_path)
+    assert drawing.lines.tolist() == [[[0, 0], [9, 0]]]
+    assert drawing.skipped == {"INSERT": 1}
+
+
 @settings(max_examples=60)
 @given(data=st.data())
 def test_damaged_files_are_read_or_refused_in_one_line(tmp_path_factory, data):

@@ -2,6 +2,7 @@
 
 import socket
 
+import cv2
 import numpy as np
 import pytest
 
@@ -53,6 +54,33 @@ def test_texts_are_read_level_and_upright_without_a_network(monkeypatch):
     by_row = {text.text: text.middle for text in texts if text.middle[0] < level.colors.shape[0]}
     top, left, bottom, right_end = level.names[0].room
     assert by_row["204 French"] == pytest.approx([(top + bottom) / 2, (left + right_end) / 2], abs=3)
+
+
+def test_a_mirrored_sheet_is_read_in_a_mirror():
+    """Texts run to the left and their lines down; the same sheet as it is, and one with few texts, is not mirrored."""
+    pytest.importorskip("rapidocr")
+    names = "Kitchen", "Bedroom", "Storage", "Bathroom", "Office"
+    page = np.full((60 * len(names), 240, 3), 255, np.uint8)
+    for row, name in enumerate(names):
+        page[60 * row :][:60] = _lettered(name)
+    mirrored = np.ascontiguousarray(page[:, ::-1])
+    texts = read_texts(mirrored)
+    assert [text.text for text in texts] == list(names)
+    for row, text in enumerate(texts):
+        right, down = text.corners[1] - text.corners[0], text.corners[3] - text.corners[0]
+        assert (text.is_mirrored, right[1] < 0, down[0] > 0) == (True, True, True)
+        assert 60 * row < text.middle[0] < 60 * (row + 1)
+    upright = read_texts(page)
+    assert [(text.text, text.is_mirrored) for text in upright] == [(name, False) for name in names]
+    for text, other in zip(texts, upright, strict=True):
+        assert text.middle == pytest.approx([other.middle[0], 240 - other.middle[1]], abs=3)
+    assert not any(text.is_mirrored for text in read_texts(mirrored[:120]))
+
+
+def _lettered(name: str) -> np.ndarray:
+    strip = np.full((60, 240, 3), 255, np.uint8)
+    cv2.putText(strip, name, (20, 40), cv2.FONT_HERSHEY_SIMPLEX, 1.0, (0, 0, 0), 2, cv2.LINE_AA)
+    return strip
 
 
 def test_a_sheet_without_ink_has_no_texts():

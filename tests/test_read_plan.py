@@ -2,18 +2,19 @@
 
 import re
 import warnings
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import cv2
 import numpy as np
 import pytest
-from shapely import Polygon, box
+from shapely import LineString, Polygon, box
 from shapely.affinity import translate
 
 from pianta._types import Colors
 from pianta.errors import OptionError, PlanError, PlanWarning
-from pianta.floor import Floor
+from pianta.floor import Door, Floor, Room
 from pianta.plan import read_plan as plan_reading
 from pianta.plan.doors.swings import Swing
 from pianta.plan.read_plan import PlanFloor, PlanReading, read_plan
@@ -160,6 +161,28 @@ def test_two_floors_on_a_sheet_are_read_with_a_warning(tmp_path):
     assert first.scale == second.scale
 
 
+@pytest.mark.slow
+def test_many_plans_on_a_sheet_are_told_as_such(tmp_path):
+    one = draw_plan(THREE, px_per_metre=25).colors
+    padded = np.pad(one, ((60, 60), (60, 60), (0, 0)), constant_values=255)
+    path = save(np.vstack([np.hstack([padded] * 2)] * 2), tmp_path)
+    with pytest.warns(PlanWarning, match="shows 4 floors or plans.*crop it to one") as caught:
+        read_plan(path, resolution=0.04, with_text=False)
+    assert [len(str(each.message).splitlines()) for each in caught] == [1]
+
+
+def test_a_single_room_without_a_door_may_be_no_plan():
+    room = Room(1, box(0, 0, 4, 4))
+    picture = Sheet(np.full((9, 9, 3), 255, np.uint8))
+    (note,) = plan_reading._doubt_plan([Floor((room,))], picture)
+    assert note.startswith("plan: a single room without a door")
+    door = Door((1, None), LineString([(1, 0), (2, 0)]), 1.0)
+    assert plan_reading._doubt_plan([Floor((room,), (door,))], picture) == ()
+    assert plan_reading._doubt_plan([Floor((room, Room(2, box(4, 0, 8, 4))))], picture) == ()
+    named = replace(picture, walls=np.zeros((9, 9), bool))
+    assert plan_reading._doubt_plan([Floor((room,))], named) == ()
+
+
 def wash(height: int = 300, width: int = 400) -> Colors:
     """Soft colours that change slowly, as in a photo of the sky."""
     rows, cols = np.mgrid[:height, :width]
@@ -251,6 +274,23 @@ def test_names_in_rooms_and_in_a_legend_are_read(tmp_path, legend):
         plan_floor = only_floor(read(plan, tmp_path, with_text=True, resolution=0.025))
     true_ids = match_rooms(plan_floor.floor, THREE, offset_of(plan))
     assert {true_ids[room.id]: room.name for room in plan_floor.floor.rooms} == texts
+
+
+@pytest.mark.slow
+def test_a_mirrored_plan_is_told_and_its_rooms_stay_where_they_are_drawn(tmp_path):
+    pytest.importorskip("rapidocr", reason="pianta[plan] is not installed")
+    texts = {2: "Main office", 3: "Library", 4: "Kitchen", 5: "Laboratory", 6: "Storage"}
+    plan = draw_plan(FIVE, texts=texts, px_per_metre=40)
+    upright = only_floor(read(plan, tmp_path, with_text=True, resolution=0.025)).floor
+    with pytest.warns(PlanWarning, match=r"plan\.png' is mirrored.*; flip it"):
+        mirrored = only_floor(read(plan.colors[:, ::-1], tmp_path, with_text=True, resolution=0.025)).floor
+    width = plan.colors.shape[1] * 0.025
+    middles = {room.name: room.polygon.centroid for room in mirrored.rooms if room.name}
+    assert sorted(middles) == sorted(texts.values())
+    for room in upright.rooms:
+        if room.name:
+            middle = room.polygon.centroid
+            assert (width - middles[room.name].x, middles[room.name].y) == pytest.approx((middle.x, middle.y), abs=0.3)
 
 
 @pytest.mark.slow

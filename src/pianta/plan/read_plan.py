@@ -55,6 +55,7 @@ from pianta.plan.walls.segmentation import NETWORKS, has_walls, segment_sheet
 STOREY_READERS = MappingProxyType({".ifc": read_ifc_plan, ".sh3d": read_sweethome3d})
 DXF_SUFFIX = ".dxf"
 SVG_SUFFIX = ".svg"
+MANY_FLOORS = 4  # on a sheet, from which on they may be different plans, as on a board
 MIN_SHEET_LINES = 60  # of a DXF that are worth a network: simpler plans enclose their rooms, or show none
 # The frame of a storey
 CELL = 0.05  # m; larger for storeys that would have too many cells
@@ -102,8 +103,8 @@ class PlanReading:
     px_per_unit
         Pixels per unit of a vector drawing; 1 where pixels are the unit.
     notes
-        What was taken from a DXF, a line each: layers, and what was skipped; and what a sheet shows beside its
-        building, such as a legend.
+        A line each: what was taken from which layers of a DXF and what was skipped; what a sheet shows beside its
+        building, such as a legend; whether a photo was straightened, and whether a picture may be no plan.
     """
 
     floors: tuple[PlanFloor, ...]
@@ -169,7 +170,7 @@ def read_plan(
     Warns
     -----
     PlanWarning
-        The text cannot be read, or a sheet shows several floors.
+        The text cannot be read or is mirrored, or a sheet shows several floors.
 
     References
     ----------
@@ -299,7 +300,7 @@ def _read_sheet(sheet: Sheet, path: str | Path, options: _SheetOptions) -> PlanR
         join_open_rooms(scale_floor(floor, metres, metres), sheet, class_map, resolution=metres, at_home=at_home)
         for floor in floors
     ]
-    notes = describe_left_out([*boxes.values(), *no_rooms])
+    notes = (*sheet.notes, *_doubt_plan(floors, sheet), *describe_left_out([*boxes.values(), *no_rooms]))
     return PlanReading(_name_rooms(in_metres, sheet, texts, scale), sheet, placed, sheet.px_per_unit, notes)
 
 
@@ -319,16 +320,35 @@ def _read_texts(sheet: Sheet, path: str | Path) -> tuple[PlacedText, ...]:
         message = f"plan {short_repr(path)} is read without its text, install pianta[plan] to read names"
         warnings.warn(PlanWarning(message), stacklevel=3)
         return ()
-    return read_texts(sheet.colors)
+    texts = read_texts(sheet.colors)
+    if any(text.is_mirrored for text in texts):
+        message = f"plan {short_repr(path)} is mirrored, names were read in a mirror and rooms are as drawn; flip it"
+        warnings.warn(PlanWarning(message), stacklevel=3)
+    return texts
 
 
 def _check_floors(floors: Sequence[Floor], path: str | Path) -> None:
     """Raise PlanError if there is no floor, and warn if there are several."""
     if not floors:
         raise PlanError(f"plan {short_repr(path)} shows no rooms, give a plan with walls, or its resolution=")
-    if len(floors) > 1:
+    if len(floors) >= MANY_FLOORS:
+        message = (
+            f"plan {short_repr(path)} shows {len(floors)} floors or plans, each is read on its own and at one scale; "
+            "crop it to one if they are different plans"
+        )
+        warnings.warn(PlanWarning(message), stacklevel=3)
+    elif len(floors) > 1:
         message = f"plan {short_repr(path)} shows {len(floors)} floors, each is read on its own"
         warnings.warn(PlanWarning(message), stacklevel=3)
+
+
+def _doubt_plan(floors: Sequence[Floor], sheet: Sheet) -> tuple[str, ...]:
+    """A line about a picture with a single room that no drawn door leads into: frames of charts look so."""
+    rooms = [room for floor in floors for room in floor.rooms]
+    has_doors = any(door.kind == "door" for floor in floors for door in floor.doors)
+    if len(rooms) != 1 or has_doors or sheet.walls is not None:
+        return ()
+    return ("plan: a single room without a door, this may be no plan; look at picture.png",)
 
 
 def _name_rooms(

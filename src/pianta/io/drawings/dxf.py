@@ -44,6 +44,9 @@ if TYPE_CHECKING:
 MAX_FILE_BYTES = 64 * 2**20
 MAX_ENTITIES = 300_000
 MAX_DEPTH = 16  # of blocks in blocks
+MAX_FIT_POINTS = 1000  # of a spline that is computed
+MAX_LETTERS = 5000  # of a text, with its codes
+MAX_LISTED_COUNT = 10**15  # in messages: a count may have hundreds of digits
 MAX_DOOR_CHAINS = 100  # of a block that may be a door
 _LISTED_LAYERS = 10  # in messages
 
@@ -182,17 +185,21 @@ class _Reader:
     def read_entities(self, entities: Iterable[DXFGraphic], *, parents: tuple[_Block, ...]) -> None:
         """Read entities inside blocks; parents: these blocks, from the outermost to the innermost."""
         for entity in entities:
-            self.entities += 1
-            if self.entities > MAX_ENTITIES:
-                raise plan_error(self.pieces.file, f"draws more than {MAX_ENTITIES} things, give one floor")
+            self._count(1)
             layer = _layer_of(entity, parents)
             self.drawn_layers.add(layer)
             if entity.dxf.get("invisible", 0) or self._is_frozen(layer):
                 continue
             if entity.dxftype() == "INSERT":
-                self._read_block(entity, layer, parents)
+                self._read_or_skip_block(entity, layer, parents)
             elif not self._is_off(layer):
                 self._read_or_skip(entity, layer, parents)
+
+    def _count(self, things: int) -> None:
+        """Raise PlanError for more than MAX_ENTITIES entities and placed blocks."""
+        self.entities += things
+        if self.entities > MAX_ENTITIES:
+            raise plan_error(self.pieces.file, f"draws more than {MAX_ENTITIES} things, give one floor")
 
     def _read_or_skip(self, entity: DXFGraphic, layer: str, parents: tuple[_Block, ...]) -> None:
         """Read an entity that is no block; one that ezdxf cannot convert is skipped and counted."""
@@ -202,6 +209,15 @@ class _Reader:
             raise
         except Exception:
             self.pieces.skipped[entity.dxftype()] += 1
+
+    def _read_or_skip_block(self, insert: Insert, layer: str, parents: tuple[_Block, ...]) -> None:
+        """Read a block; one that ezdxf cannot place, such as beyond the range of numbers, is skipped and counted."""
+        try:
+            self._read_block(insert, layer, parents)
+        except PlanError:
+            raise
+        except Exception:
+            self.pieces.skipped["INSERT"] += 1
 
     def _role_of(self, layer: str, parents: tuple[_Block, ...]) -> Role:
         """The role of what is drawn on a layer in blocks: that of the chosen layers, else by names."""
@@ -221,7 +237,10 @@ class _Reader:
         if len(parents) == MAX_DEPTH:
             raise plan_error(self.pieces.file, f"has blocks more than {MAX_DEPTH} deep, explode some")
         if insert.mcount > MAX_ENTITIES:
-            raise plan_error(self.pieces.file, f"repeats a block {insert.mcount} times, give one floor")
+            times = insert.mcount if insert.mcount < MAX_LISTED_COUNT else f"{MAX_LISTED_COUNT} and more"
+            raise plan_error(self.pieces.file, f"repeats a block {times} times, give one floor")
+        # Blocks without content take time, too
+        self._count(max(insert.mcount, 1) - 1)
         if not self._is_off(layer):
             self._read_attributes(insert)
         definition = insert.block()
@@ -264,6 +283,8 @@ class _Reader:
 
     def _read_attributes(self, insert: Insert) -> None:
         """Read the visible attributes of a block as texts, and all of them as the stamp of a room."""
+        for attribute in insert.attribs:
+            _shorten(attribute)
         visible = [attribute for attribute in insert.attribs if not attribute.is_invisible]
         for attribute in visible:
             self._read_text(attribute)
@@ -287,7 +308,8 @@ class _Reader:
         entity_type = entity.dxftype()
         if entity_type in _CURVES:
             width = float(entity.dxf.get("const_width", 0) or 0) if entity_type == "LWPOLYLINE" else 0.0
-            chains = list(_chains_of_path(path.make_path(entity)))
+            through = _many_fit_points(entity)
+            chains = list(_chains_of_path(path.make_path(entity))) if through is None else [through]
             for chain in chains:
                 self._add_line(chain, layer, role, width, parents)
             if chains and entity_type in _CLOSED and role != "door":
@@ -411,6 +433,17 @@ def _chains_of_path(path: DxfPath) -> Iterator[Floats]:
         yield from chains_of_steps(np.array(part.start.vec2), _steps_of_path(part))
 
 
+def _many_fit_points(entity: DXFGraphic) -> Floats | None:
+    """The points, shape (N, 2), of a spline that is given by many points on it; None for all other entities.
+
+    They are as good as the curve, for which ezdxf would solve equations of N × N numbers.
+    """
+    if entity.dxftype() != "SPLINE" or len(entity.control_points) or len(entity.fit_points) <= MAX_FIT_POINTS:
+        return None
+    points = np.array([(x, y) for x, y, _ in entity.fit_points], float)
+    return np.vstack([points, points[:1]]) if entity.closed else points
+
+
 def _steps_of_path(path: DxfPath) -> Iterator[Floats]:
     at = np.array(path.start.vec2)
     for command in path.commands():
@@ -443,7 +476,16 @@ def _decode(text: str) -> str:
     return " ".join(decode_dxf_unicode(text).split())
 
 
+def _shorten(entity: DXFGraphic) -> None:
+    """Cut the content of a text to MAX_LETTERS: ezdxf takes minutes for megabytes of it."""
+    if entity.dxftype() == "MTEXT":
+        entity.text = entity.text[:MAX_LETTERS]
+    else:
+        entity.dxf.text = str(entity.dxf.get("text", ""))[:MAX_LETTERS]
+
+
 def _locate_attribute(attribute: DXFGraphic) -> DrawnText:
+    _shorten(attribute)
     return _locate_mtext(attribute) if attribute.dxftype() == "MTEXT" else _locate_text(attribute)
 
 

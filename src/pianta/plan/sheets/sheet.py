@@ -25,7 +25,7 @@ class PlacedText:
     """A text on a sheet.
 
     corners: shape (4, 2), row and col in continuous pixels, clockwise on the sheet from the upper left corner of the
-    text as it is read. confidence: of the reader, 0 … 1.
+    text as it is read, anticlockwise where the sheet is mirrored. confidence: of the reader, 0 … 1.
     """
 
     text: str
@@ -36,6 +36,12 @@ class PlacedText:
     def middle(self) -> Floats:
         """Row and col of its middle, shape (2,)."""
         return np.asarray(self.corners.mean(axis=0))
+
+    @property
+    def is_mirrored(self) -> bool:
+        """Whether it is read in a mirror."""
+        (rows, cols), (down, right) = (self.corners[side] - self.corners[0] for side in (1, 3))
+        return bool(rows * right - cols * down > 0)
 
     @property
     def height(self) -> float:
@@ -227,7 +233,7 @@ class Sheet:
     unnamed_doors: the same, of leaves with their arcs that the file draws.
     texts: None if they must be read from the pixels. resolution: metres per pixel, None if the file does not state it.
     px_per_unit: pixels per unit of the file, 1 for a picture. px_per_inch: of a picture, None if its file does not say.
-    source: the name of the file.
+    source: the name of the file. notes: how the pixels differ from those of the file, a line each.
     """
 
     colors: Colors
@@ -239,6 +245,7 @@ class Sheet:
     px_per_unit: float = 1.0
     px_per_inch: float | None = None
     source: str = ""
+    notes: tuple[str, ...] = ()
 
     @property
     def shape(self) -> tuple[int, int]:
