@@ -90,7 +90,8 @@ def correct_floor(
     for number, outcome in enumerate(changed.outcomes if list_them else (), start=1):
         problem = f" (does not fit: {outcome.problem})" if outcome.problem else ""
         print_result(f"{number}. {outcome.correction}{problem}")
-    print_result(f"{describe_floor(changed.floor)}, {count_noun(len(changed.corrections), 'correction')}, in {out}")
+    described = describe_floor(changed.floor, changed.area_trust)
+    print_result(f"{described}, {count_noun(len(changed.corrections), 'correction')}, in {out}")
 
 
 @dataclass(frozen=True)

@@ -42,8 +42,12 @@ export class RoomList {
     this.show();
   }
 
-  setRooms(rooms, selected) {
+  // areas: of the state of the floor.
+  setRooms(rooms, selected, areas) {
     this.rooms = rooms;
+    this.areas = areas;
+    byId("areas-note").textContent = areas?.note ?? "";
+    byId("areas-note").hidden = !areas?.note;
     this.selected = selected;
     this.show();
   }
@@ -81,7 +85,7 @@ export class RoomList {
     showFill(colour, room);
     const row = element("tr", {},
       element("td", {}, colour, String(room.id)), element("td", { title: room.name ?? "" }, room.name ?? ""),
-      element("td", { title: room.label ?? "" }, room.label ?? ""), element("td", {}, formatArea(room.area)));
+      element("td", { title: room.label ?? "" }, room.label ?? ""), element("td", {}, formatArea(room.area, this.areas)));
     row.dataset.room = room.id;
     this._markRow(row);
     return row;
