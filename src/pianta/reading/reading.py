@@ -72,6 +72,8 @@ class StoreyReading:
         Height of its floor, metres; None if the file does not give it.
     previous_corrections
         The same as they were read; `Reading.save` refuses a folder that has others by then.
+    uncorrected_scale
+        The scale without the corrections; None for a map, and if there are none.
     """
 
     floor: Floor
@@ -86,6 +88,7 @@ class StoreyReading:
     title: str = ""
     elevation: float | None = None
     previous_corrections: tuple[Correction, ...] = ()
+    uncorrected_scale: PlanScale | None = None
 
     @property
     def area_trust(self) -> AreaTrust:
@@ -324,7 +327,8 @@ class Reading:
             graph=graph,
         )
         if storey.uncorrected is not None:
-            save_floor(storey.uncorrected, folder / UNCORRECTED)
+            scale = storey.uncorrected_scale
+            save_floor(storey.uncorrected, folder / UNCORRECTED, scale=None if scale is None else scale.as_json())
             save_corrections(storey.corrections, folder / FILE_NAME)
 
 
