@@ -79,7 +79,7 @@ def name_type(floor: Floor) -> str | None:
 
 
 def _describe_shapes(floor: Floor) -> dict[str, Any]:
-    """The object of floor.geojson; rooms also have their area, centre, function, colour, doors and neighbours."""
+    """The object of floor.geojson, with what the page shows of a room: title, area, centre, look, doors, neighbours."""
     described = describe_floor(floor)
     looks = choose_looks(floor)
     doors = Counter(room_id for door in floor.doors for room_id in door.room_ids)
@@ -92,6 +92,7 @@ def _describe_shapes(floor: Floor) -> dict[str, Any]:
         feature["properties"] |= {
             "predicted": room.predicted and mapping(room.predicted),
             "confidence": room.confidence,
+            "title": room.title,
             "area": room.polygon.area,
             "centre": _centre_of(room.polygon),
             **looks[room.id],

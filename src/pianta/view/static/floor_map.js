@@ -9,7 +9,7 @@ const PADDING_PX = 24;
 const LAYERS = {
   map: "Map",
   rooms: "Rooms",
-  texts: "Ids, names and labels",
+  texts: "Ids, numbers, names and labels",
   walls: "Walls",
   doors: "Doors and openings",
   possible: "Possible doors",

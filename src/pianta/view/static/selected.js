@@ -58,7 +58,7 @@ export function describeThing(thing, shapes) {
   const share = finestLabels(thing)[thing.label];
   const label = thing.label ? `${thing.label}${share === undefined ? "" : ` ${formatShare(share)}`}` : "no label";
   const neighbours = thing.neighbours.length ? `, next to ${thing.neighbours.join(", ")}` : "";
-  const name = thing.name ? ` “${thing.name}”` : "";
+  const name = thing.title ? ` “${thing.title}”` : "";
   return `Room ${thing.id}${name}\n${label}\n${formatArea(thing.area, shapes.areas)}, doors: ${shapes.doorsOf(thing).length}${neighbours}`;
 }
 
@@ -91,6 +91,8 @@ function roomContent(room, page) {
     element("h2", {}, `Room ${room.id}`),
     field({ name: "name", text: "Name", value: room.name ?? "", writable,
       send: (value) => edit({ kind: "name", name: value.trim() || null }) }),
+    field({ name: "number", text: "Number", value: room.number ?? "", writable,
+      send: (value) => edit({ kind: "number", number: value.trim() || null }) }),
     field({ name: "label", text: "Label", value: room.label ?? "", list: "label-names", writable,
       send: (value) => edit({ kind: "label", label: value.trim() || null }) }),
     bars(finestLabels(room)),
