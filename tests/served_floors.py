@@ -137,7 +137,7 @@ class Client:
         version: str = self.get(f"api/maps/{number}/version").json["version"]
         return version
 
-    def edit(self, corrections: list[Any], number: int = 0, **edit: object) -> Answer:
+    def edit(self, corrections: list[Any], number: int = 0, /, **edit: object) -> Answer:
         """The answer to an edit after a list of corrections."""
         body = {"version": self.version(number), "corrections": corrections, "edit": edit}
         return self.post(f"api/maps/{number}/edit", body)

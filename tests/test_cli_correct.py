@@ -119,6 +119,20 @@ class TestCorrect:
         assert err == "error: --name '9' 'Gone': there is no room 9, the ids of the floor are 1 … 6, 8, 10, 11\n"
         assert len(read_corrections(building / "corrections.json")) == 3
 
+    def test_a_number_is_beside_the_name_and_is_taken_back(self, building):
+        out = correct(building, "--number", 2, "204", "--name", 2, "French", "--list")
+        assert out.splitlines()[0].endswith("has the number '204'")
+        assert (floor_of(building)[2].number, floor_of(building)[2].name) == ("204", "French")
+        correct(building, "--undo", 2)
+        assert floor_of(building)[2].title is None
+        correct(building, "--number", 2, "204", "--number", 2, "")
+        assert floor_of(building)[2].number is None
+
+    def test_a_number_stays_when_the_map_is_read_again(self, folder, building):
+        correct(building, "--number", 2, "204")
+        assert run_pianta("read", folder / "map.yaml", "--previous", building, "-o", building).code == 0
+        assert floor_of(building)[2].number == "204"
+
     def test_labels_are_found_in_any_case_and_taken_away(self, building):
         correct(building, "--label", 2, "kitchen")
         assert (floor_of(building)[2].label, floor_of(building)[2].labels) == ("KITCHEN", {})
@@ -230,6 +244,8 @@ class TestErrors:
             (["--merge", "1", "11"], "m apart, rooms to merge must be neighbours"),
             (["--name", "3"], "does not have the form --name ID TEXT"),
             (["--name", "3", "a", "b"], "does not have the form --name ID TEXT"),
+            (["--number", "3"], "does not have the form --number ID TEXT"),
+            (["--number", "3", "a\nb"], "with characters that cannot be printed"),
             (["--name", "3", "x" * 201], "give 1 to 200 characters"),
             (["--name", "3", "   "], "give 1 to 200 characters"),
             (["--name", "3", "a\x1b[31mb"], "with characters that cannot be printed"),

@@ -13,6 +13,7 @@ from shapely import box
 
 from pianta._types import Colors
 from pianta.floor import Floor, Room
+from pianta.floor.area_trust import AreaTrust
 from pianta.gridmap import UNKNOWN, GridMap
 from pianta.io.floors import read_floor
 from pianta.plan import read_plan as plan_reading
@@ -62,7 +63,7 @@ def plan(true_floor: Floor, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("doors", ["arc", "gap"])
-def test_rough_areas_are_marked_and_the_interval_is_kept(true_floor: Floor, tmp_path: Path, doors: str):
+def test_rough_areas_are_marked_or_left_out_and_the_interval_is_kept(true_floor: Floor, tmp_path: Path, doors: str):
     """Without names, sizes and drawn doors nothing but the look shows the scale."""
     drawing = draw_plan(true_floor, style="thick", px_per_metre=PX_PER_METRE, doors=doors, seed=1)
     Image.fromarray(drawing.colors).save(tmp_path / "plan.png")
@@ -73,7 +74,10 @@ def test_rough_areas_are_marked_and_the_interval_is_kept(true_floor: Floor, tmp_
     assert json.loads((tmp_path / "all.json").read_text())["files"][0]["storeys"][0]["scale"] == scale
     low, high = scale["interval"]
     assert low < scale["metres_per_pixel"] < high
-    assert scale["is_rough"] == ("~" in result.out) == bool(re.search(r"factor of [2-9]|10 or more", result.out))
+    assert scale["is_rough"] == bool(re.search(r"factor of [2-9]|10 or more", result.out))
+    assert ("~" in result.out) == (scale["is_rough"] and not scale["is_look"])
+    summary = result.out.strip().splitlines()[-1]
+    assert scale["is_look"] == (" m²" not in summary) == (AreaTrust.UNKNOWN.note in result.out)
     if doors == "gap":
         assert scale["is_rough"]
         assert scale["sources"] == ["the look of the drawing"]

@@ -26,6 +26,7 @@ from pianta.corrections.kinds import (
     MergeRooms,
     MoveDoor,
     NameRoom,
+    NumberRoom,
     ScaleToArea,
     ScaleToLength,
     SetType,
@@ -169,6 +170,7 @@ def cut_floor(cuts: list[float]) -> Floor:
     ("correction", "ids"),
     [
         (NameRoom((1, 1), "Bar"), [1]),
+        (NumberRoom((7, 1), "204"), [2]),
         (LabelRoom((7, 1), "OFFICE"), [2]),
         (ScaleToArea((1, 1), 12), [1]),
         (DeleteRoom((1, 1)), [1]),

@@ -25,6 +25,7 @@ from pianta.corrections.kinds import (
     MergeRooms,
     MoveDoor,
     NameRoom,
+    NumberRoom,
     ScaleToArea,
     ScaleToLength,
     SetType,
@@ -138,6 +139,14 @@ class TestRooms:
         assert (named[1].name, named[1].label, named[1].label_probabilities) == ("204", "KITCHEN", {})
         assert named.rename(1, None)[1].name is None
 
+    def test_a_number_is_apart_from_the_name(self):
+        numbered = FLOOR.rename(1, "French").renumber(1, "204")
+        assert (numbered[1].number, numbered[1].name, numbered[1].title) == ("204", "French", "204 French")
+        assert numbered.renumber(1, None)[1].title == "French"
+        assert numbered.renumber(1, "204") is numbered
+        with pytest.raises(CorrectionError, match="number"):
+            FLOOR.renumber(1, "2\n04")
+
     def test_a_label_of_no_schema_is_refused_with_similar_ones(self):
         with pytest.raises(CorrectionError, match="'KITCHN' is in no schema, give one such as KITCHEN"):
             FLOOR.relabel(1, "kitchn")
@@ -214,6 +223,7 @@ ALL: tuple[Correction, ...] = (
     DeleteDoor((1.5, 1.9)),
     ChangeDoor((1.5, 1.9), "opening"),
     NameRoom(position_of(FLOOR, 1), "Küche"),
+    NumberRoom(position_of(FLOOR, 1), "2.04"),
     label_by_id(FLOOR, 3, "hall"),
     SetType("school"),
     ScaleToLength(((0, 2), (4, 2)), 6.0),

@@ -267,6 +267,30 @@ class TestEditing:
         room = floor_of(folder)[1]
         assert (room.name, room.label) == ("2502C", "KITCHEN")
 
+    def test_number(self, tab, folder):
+        """A number is before the name on the map and in hover texts, in a column of its own, and found."""
+        assert tab.page.is_hidden("#sort-number")
+        tab.click(ROOM_2)
+        tab.page.fill("#selected [name=number]", "204")
+        tab.page.press("#selected [name=number]", "Enter")
+        tab.wait_for_text("#rooms", "204")
+        assert tab.page.is_visible("#sort-number")
+        assert "2\n204 Bar\nKITCHEN" in tab.page.locator(".room-text").all_text_contents()
+        tab.page.mouse.move(*tab.pixel(*ROOM_2))
+        assert tab.page.text_content("#tip").startswith("Room 2 “204 Bar”\n")
+        for wanted in ("204", "04 ba"):
+            tab.page.fill("#find", wanted)
+            assert tab.ids() == [2]
+        tab.page.fill("#find", "")
+        tab.page.click("#sort-number button")
+        # Rooms without a number are first.
+        assert tab.ids() == [1, 3, 2]
+        tab.save()
+        assert (floor_of(folder)[2].number, floor_of(folder)[2].name) == ("204", "Bar")
+        tab.page.click("#undo")
+        tab.wait_until("document.getElementById('sort-number').offsetParent === null")
+        assert tab.page.input_value("#selected [name=number]") == ""
+
     def test_building_type(self, tab, folder):
         tab.page.click("#building-part summary")
         tab.page.fill("#building [name=type]", "school")

@@ -12,6 +12,7 @@ import networkx as nx
 
 from pianta.errors import FloorError
 from pianta.floor import Floor, Room
+from pianta.floor.area_trust import AreaTrust
 from pianta.gridmap import GridMap
 
 if TYPE_CHECKING:
@@ -36,6 +37,8 @@ class Storey:
         Its map; None without one.
     title
         What people call it, such as "Ground floor"; the title of the floor if empty, else its name.
+    area_trust
+        Whether the scale of its plan is certain enough for areas: "exact", as for every map, "rough" or "unknown".
     """
 
     floor: Floor
@@ -43,11 +46,13 @@ class Storey:
     elevation: float | None = None
     grid: GridMap | None = None
     title: str = ""
+    area_trust: AreaTrust = AreaTrust.EXACT
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "title", self.title or self.floor.title)
         if self.elevation is None:
             object.__setattr__(self, "elevation", self.floor.elevation)
+        object.__setattr__(self, "area_trust", AreaTrust(self.area_trust))
 
 
 @dataclass(frozen=True)
@@ -118,6 +123,12 @@ class Building:
     def __iter__(self) -> Iterator[Storey]:
         """The storeys, in their order."""
         return iter(self.storeys)
+
+    @property
+    def area_trust(self) -> AreaTrust:
+        """That of the storey with the least certain scale."""
+        found = {storey.area_trust for storey in self.storeys}
+        return next(trust for trust in reversed(AreaTrust) if trust in found)
 
     def list_rooms(self) -> Iterator[tuple[Storey, Room]]:
         """List all rooms, storey by storey.

@@ -22,6 +22,7 @@ from pianta.corrections.kinds import (
     MarkOutside,
     MoveDoor,
     NameRoom,
+    NumberRoom,
     Points,
     ScaleToArea,
     ScaleToLength,
@@ -35,6 +36,7 @@ from pianta.reading.saved_reading import SavedReading
 
 EXAMPLES = (
     "pianta correct building --merge 4 5 --name 4 Kitchen",
+    "pianta correct building --number 4 204 --name 4 French",
     'pianta correct building --split 7 "2.5,1 2.5,4" --label 7 OFFICE',
     'pianta correct building --door "3,0 3.9,0" --delete-door 8,2.5',
     "pianta correct building --undo 1",
@@ -59,7 +61,9 @@ def correct_floor(
 
     --merge ID ID …   --split ID LINE   --room OUTLINE   --delete ID
 
-    --name ID TEXT   --label ID LABEL   --outside ID|OUTLINE
+    --name ID TEXT   --number ID TEXT   --label ID LABEL
+
+    --outside ID|OUTLINE
 
     --door LINE   --opening LINE   --delete-door POINT   --move-door POINT LINE
 
@@ -68,7 +72,7 @@ def correct_floor(
     --type NAME   --length LINE METRES   --area ID M²
 
     A LINE is "x,y x,y" from wall to wall or from jamb to jamb, an OUTLINE has
-    all corners. An empty name or label, "", takes it away.
+    all corners. An empty name, number or label, "", takes it away.
     """
     if str(out).startswith("--"):
         raise OptionError(f"the folder is {short_repr(out)}, give the folder first and then the corrections")
@@ -90,7 +94,8 @@ def correct_floor(
     for number, outcome in enumerate(changed.outcomes if list_them else (), start=1):
         problem = f" (does not fit: {outcome.problem})" if outcome.problem else ""
         print_result(f"{number}. {outcome.correction}{problem}")
-    print_result(f"{describe_floor(changed.floor)}, {count_noun(len(changed.corrections), 'correction')}, in {out}")
+    described = describe_floor(changed.floor, changed.area_trust)
+    print_result(f"{described}, {count_noun(len(changed.corrections), 'correction')}, in {out}")
 
 
 @dataclass(frozen=True)
@@ -196,6 +201,9 @@ _FORMS: Mapping[str, _Form] = MappingProxyType(
         "--outside": _Form("ID|OUTLINE", lambda floor, area: MarkOutside(_read_area(floor, area))),
         "--name": _Form(
             "ID TEXT", lambda floor, room, name: NameRoom(position_of(floor, _read_id(room)), name or None)
+        ),
+        "--number": _Form(
+            "ID TEXT", lambda floor, room, number: NumberRoom(position_of(floor, _read_id(room)), number or None)
         ),
         "--label": _Form("ID LABEL", lambda floor, room, label: label_by_id(floor, _read_id(room), label)),
         "--door": _Form("LINE", lambda _, line: DrawDoor(_read_points(line))),

@@ -25,6 +25,7 @@ from pianta.cli.terminal import (
 )
 from pianta.errors import OptionError
 from pianta.floor import Floor, Room
+from pianta.floor.area_trust import AreaTrust
 from pianta.io._files import MAX_CELLS, count_noun, short_repr
 from pianta.io._folders import check_output_folder
 from pianta.io.bags import Message
@@ -312,7 +313,7 @@ def _read_several(
         print_result(f"{len(readings)} of {len(maps)} files read")
     if named and len(readings) == len(maps):
         as_storeys = [
-            Storey(reading.floor, name, elevation, reading.grid)
+            Storey(reading.floor, name, elevation, reading.grid, area_trust=reading.storeys[0].area_trust)
             for reading, (name, elevation) in zip(readings, named, strict=True)
         ]
         building = save_storeys(as_storeys, out, links)
@@ -406,15 +407,16 @@ def _read_one(
 
 def _print_storey(storey: StoreyReading, folder: Path, *, label_unknown: bool) -> None:
     """Print the rooms of a storey, the type of its building, its messages, and where the results are."""
-    is_rough = storey.scale is not None and storey.scale.is_rough
-    print_table(tabulate_rooms(storey.floor, is_rough=is_rough))
+    print_table(tabulate_rooms(storey.floor, storey.area_trust))
+    if storey.area_trust is AreaTrust.UNKNOWN:
+        print_result(storey.area_trust.note)
     if storey.candidate_types:
         print_result(f"building: {describe_type(storey.floor, storey.candidate_types)}")
         if not storey.floor.building_type and not label_unknown:
             print_result(LABELS_LEFT_OUT)
     for line in storey.messages:
         print_result(line)
-    print_result(f"{describe_floor(storey.floor, is_rough=is_rough)}, in {folder}")
+    print_result(f"{describe_floor(storey.floor, storey.area_trust)}, in {folder}")
 
 
 def save_explanation(explanation: Explanation, path: Path) -> None:
@@ -433,8 +435,7 @@ def _print_one_of_several(result: Reading | Failure, *, quiet: bool) -> bool:
     for storey in () if quiet else result.storeys:
         building_type = f", {_name_type(storey.floor)}" if storey.candidate_types else ""
         folder = (result.folder or Path()) / storey.name
-        is_rough = storey.scale is not None and storey.scale.is_rough
-        described = f"{describe_floor(storey.floor, is_rough=is_rough)}{building_type}, in {folder}"
+        described = f"{describe_floor(storey.floor, storey.area_trust)}{building_type}, in {folder}"
         print_result("; ".join([described, *storey.messages]))
     return True
 
@@ -445,17 +446,17 @@ def _name_type(floor: Floor) -> str:
     return f"{types[0]} {floor.building_type[types[0]]:.2f}" if types else "unknown type"
 
 
-def tabulate_rooms(floor: Floor, *, is_rough: bool = False) -> Table:
+def tabulate_rooms(floor: Floor, area_trust: AreaTrust = AreaTrust.EXACT) -> Table:
     """Table of the rooms: id, area, doors, neighbours, openings, entrances, number, name, flag, label, seen, sure.
 
-    Those from openings on are columns if any room has them. is_rough: whether the areas are uncertain, and marked.
+    Those from openings on are columns if any room has them. area_trust: whether areas are marked, or left out.
     An entrance counts as an entrance only, not as a door or an opening.
     """
     graph = floor.graph()
     counts = Counter((room_id, door.kind) for door in floor.doors if not door.is_entrance for room_id in door.room_ids)
     columns = {
         "room": [str(room.id) for room in floor.rooms],
-        "area m²": [format_area(room.polygon.area, is_rough=is_rough) for room in floor.rooms],
+        "area m²": [format_area(room.polygon.area, area_trust) for room in floor.rooms],
         "doors": [str(counts[room.id, "door"]) for room in floor.rooms],
         "openings": [str(counts[room.id, "opening"] or "") for room in floor.rooms],
         "entrances": [str(graph.nodes[room.id]["entrances"] or "") for room in floor.rooms],

@@ -22,6 +22,7 @@ from rich.text import Text
 
 from pianta.errors import BuildingWarning, MapWarning, PlanWarning
 from pianta.floor import Floor
+from pianta.floor.area_trust import NO_AREA, AreaTrust, round_roughly
 from pianta.io._files import count_noun
 
 if TYPE_CHECKING:
@@ -206,20 +207,23 @@ def make_table(
     return table
 
 
-def format_area(area: float, *, is_rough: bool = False) -> str:
-    """An area, m²; a rough one has a mark and two digits."""
-    return f"~{float(f'{area:.2g}'):g}" if is_rough else f"{area:.1f}"
+def format_area(area: float, area_trust: AreaTrust = AreaTrust.EXACT) -> str:
+    """An area, m², without its unit; a rough one has a mark and two digits, an unknown one is a question mark."""
+    if area_trust is AreaTrust.UNKNOWN:
+        return NO_AREA
+    return f"~{round_roughly(area)}" if area_trust is AreaTrust.ROUGH else f"{area:.1f}"
 
 
-def describe_floor(floor: Floor, *, is_rough: bool = False) -> str:
+def describe_floor(floor: Floor, area_trust: AreaTrust = AreaTrust.EXACT) -> str:
     """How many rooms, doors, openings, entrances and possible doors there are, and the area of the rooms together.
 
-    is_rough: whether the scale, and so the area, is uncertain.
+    area_trust: whether the area is marked, or left out.
     """
     door_kinds = Counter("entrance" if door.is_entrance else door.kind for door in floor.doors)
     counts = {"room": len(floor.rooms), "door": door_kinds["door"]}
     counts |= {noun: door_kinds[noun] for noun in ("opening", "entrance") if door_kinds[noun]}
     counts |= {"possible door": len(floor.possible_doors)} if floor.possible_doors else {}
     listed = ", ".join(count_noun(count, noun) for noun, count in counts.items())
-    area = sum(room.polygon.area for room in floor.rooms)
-    return f"{listed}, {format_area(area, is_rough=is_rough)} m²"
+    if area_trust is AreaTrust.UNKNOWN:
+        return listed
+    return f"{listed}, {format_area(sum(room.polygon.area for room in floor.rooms), area_trust)} m²"

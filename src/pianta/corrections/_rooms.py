@@ -23,6 +23,7 @@ from pianta.corrections.kinds import (
     MarkOutside,
     MergeRooms,
     NameRoom,
+    NumberRoom,
     SplitRoom,
     describe_points,
 )
@@ -150,6 +151,12 @@ def name_room(floor: Floor, correction: NameRoom) -> Floor:
     """The floor with another name of a room."""
     room = find_room(floor, correction.position)
     return _change_room(floor, replace(room, name=correction.name or None))
+
+
+def number_room(floor: Floor, correction: NumberRoom) -> Floor:
+    """The floor with another number of a room."""
+    room = find_room(floor, correction.position)
+    return _change_room(floor, replace(room, number=correction.number or None))
 
 
 def label_room(floor: Floor, correction: LabelRoom) -> Floor:

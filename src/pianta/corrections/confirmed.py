@@ -16,6 +16,7 @@ from pianta.corrections.kinds import (
     MergeRooms,
     MoveDoor,
     NameRoom,
+    NumberRoom,
     ScaleToArea,
     SplitRoom,
 )
@@ -27,8 +28,8 @@ def list_confirmed(floor: Floor, corrections: Iterable[Correction]) -> list[Room
     """The rooms that corrections confirm, each once, in the order of the floor.
 
     floor: without the corrections. Its metres are those of the corrections. Rooms are confirmed that are named,
-    labelled, measured, split or merged, and those on both sides of a door that is drawn, moved, changed or deleted. Of
-    a room that is deleted the outline is confirmed: no more than this is deleted the next time.
+    numbered, labelled, measured, split or merged, and those on both sides of a door that is drawn, moved, changed or
+    deleted. Of a room that is deleted the outline is confirmed: no more than this is deleted the next time.
     """
     ids = {room_id for correction in corrections for room_id in _list_ids(floor, correction)}
     return [room for room in floor if room.id in ids]
@@ -47,7 +48,7 @@ def _list_ids(floor: Floor, correction: Correction) -> Sequence[int]:
         positions = correction.positions
     elif isinstance(correction, SplitRoom):
         positions = correction.sides
-    elif isinstance(correction, NameRoom | LabelRoom | ScaleToArea | DeleteRoom):
+    elif isinstance(correction, NameRoom | NumberRoom | LabelRoom | ScaleToArea | DeleteRoom):
         positions = (correction.position,)
     else:
         positions = ()

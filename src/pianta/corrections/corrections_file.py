@@ -1,7 +1,7 @@
 """corrections.json: the corrections of a floor, in the order in which they were made.
 
 The file has the members `format`, `version`, `frame`, `units` and `corrections`: a list of objects with the `kind`, as
-in KINDS, and the members of that kind. Points are [x, y], metres of the map frame.
+in KINDS, and the members of that kind. Points are [x, y], metres of the map frame. Since 1.1 there is the kind number.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from pianta.io._faults import describe_validation, join_faults, validation_as
 from pianta.io._files import short_repr
 
 FILE_NAME = "corrections.json"
-FORMAT = FileFormat("pianta corrections", 1)
+FORMAT = FileFormat("pianta corrections", 1, 1)
 MAX_FILE_BYTES = 16 * 2**20
 # A limit of time; a floor of 2000 rooms with ten corrections for each has as many.
 MAX_CORRECTIONS = 20_000

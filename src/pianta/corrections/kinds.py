@@ -155,6 +155,18 @@ class NameRoom(_Checked):
 
 
 @dataclass(frozen=True)
+class NumberRoom(_Checked):
+    """The room at a position has this number, as on its door; None for no number."""
+
+    position: XY
+    number: Text | None
+
+    def __str__(self) -> str:
+        number = f"the number {self.number!r}" if self.number else "no number"
+        return f"the room at {describe_points(self.position)} has {number}"
+
+
+@dataclass(frozen=True)
 class LabelRoom(_Checked):
     """The room at a position is for this purpose; None for an unknown one."""
 
@@ -209,6 +221,7 @@ Correction: TypeAlias = (
     | DeleteDoor
     | ChangeDoor
     | NameRoom
+    | NumberRoom
     | LabelRoom
     | SetType
     | ScaleToLength
@@ -229,6 +242,7 @@ KINDS = MappingProxyType(
         "delete door": DeleteDoor,
         "change door": ChangeDoor,
         "name": NameRoom,
+        "number": NumberRoom,
         "label": LabelRoom,
         "type": SetType,
         "length": ScaleToLength,

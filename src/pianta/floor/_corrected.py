@@ -182,6 +182,37 @@ class Correctable:
 
         return self.correct(NameRoom(self._position(room), name))
 
+    def renumber(self, room: int, number: str | None) -> Self:
+        """Give a room the number that stands on its door.
+
+        Parameters
+        ----------
+        room
+            Its id, which stays.
+        number
+            Such as "204"; None for no number.
+
+        Returns
+        -------
+        Floor
+            The floor with the number.
+
+        Raises
+        ------
+        CorrectionError
+            There is no room with the id, or the number is too long or cannot be printed.
+
+        Examples
+        --------
+        >>> import pianta
+        >>> floor, _ = pianta.make_world("corridor")
+        >>> floor.rename(3, "French").renumber(3, "204")[3].title
+        '204 French'
+        """
+        from pianta.corrections.kinds import NumberRoom
+
+        return self.correct(NumberRoom(self._position(room), number))
+
     def relabel(self, room: int, label: str | None) -> Self:
         """Label a room by hand; `label_rooms` keeps the label.
 

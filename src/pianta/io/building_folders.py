@@ -13,10 +13,11 @@ from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
 
 from pianta.building import Building, Link, Storey
 from pianta.errors import FloorError, OptionError
+from pianta.floor.area_trust import AreaTrust
 from pianta.io._checked import FileFormat, read_checked, save_checked
 from pianta.io._faults import validation_as
 from pianta.io._files import short_repr
-from pianta.io.floors import read_floor
+from pianta.io.floors import read_floor, read_scale_member
 from pianta.io.graphs import FLOOR_FILE
 from pianta.io.maps import read_npz_map
 
@@ -107,7 +108,8 @@ def check_storey_name(name: str) -> None:
 
 def _read_storey(file: Path, name: str = "", title: str = "", elevation: float | None = None) -> Storey:
     grid = file.parent / GRID_FILE
-    return Storey(read_floor(file), name, elevation, read_npz_map(grid) if grid.is_file() else None, title)
+    floor, trust = read_floor(file), AreaTrust.from_member(read_scale_member(file))
+    return Storey(floor, name, elevation, read_npz_map(grid) if grid.is_file() else None, title, trust)
 
 
 class _Storey(BaseModel):

@@ -103,8 +103,12 @@ def read_floor(path: str | Path) -> Floor:
 
 
 def read_scale_member(path: str | Path) -> Any:  # noqa: ANN401 - whatever the file holds there
-    """The member `scale` of a floor.geojson that read_floor has read; None if it has none."""
-    return json.loads(Path(path).read_bytes()).get("scale")
+    """The member `scale` of a floor.geojson that read_floor has read; None if it has none that can be read."""
+    try:
+        return json.loads(Path(path).read_bytes()).get("scale")
+    except (OSError, ValueError):
+        # Another program may have changed the file since it was read
+        return None
 
 
 def describe_floor(floor: Floor) -> dict[str, Any]:

@@ -36,7 +36,7 @@ def _draw(storey: Storey, path: Path) -> None:
     plot_floor(storey.floor, storey.grid, ax=ax, schemas=ALL_SCHEMAS)
     plot_names(storey.floor, ax, schemas=ALL_SCHEMAS)
     show_extent(extent, ax)
-    plot_scale_bar(ax=ax)
+    plot_scale_bar(ax=ax, area_trust=storey.area_trust)
     samples = list_samples(storey.floor, ALL_SCHEMAS)
     if samples:
         add_legend(figure, samples)

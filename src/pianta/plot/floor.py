@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pianta.floor import Floor
+from pianta.floor.area_trust import AreaTrust
 from pianta.gridmap import UNKNOWN, GridMap
 from pianta.labels import SCHEMAS
 from pianta.plot.figure import DPI, encode_png, new_ax, shorten
@@ -110,11 +111,13 @@ def draw_floor(
     graph: bool = False,
     schemas: Schemas = SCHEMAS,
     paper: NDArray[np.uint8] | None = None,
+    area_trust: AreaTrust = AreaTrust.EXACT,
 ) -> Figure:
     """Picture of a floor on its map, cropped to the building: rooms with their ids, doors, and a scale bar.
 
     The building has a long side of 1600 pixels. If any room has a label, rooms have the colours of their labels, and
-    the picture is larger by a legend below or right of the building. Options as in plot_floor.
+    the picture is larger by a legend below or right of the building. Options as in plot_floor. area_trust: whether the
+    scale bar is certain.
     """
     extent = find_extent(floor, grid)
     figure, ax = new_picture(extent)
@@ -123,7 +126,7 @@ def draw_floor(
         plot_ink(paper, grid, ax=ax)
     plot_floor(floor, ax=ax, walls=walls, graph=graph, schemas=schemas)
     show_extent(extent, ax)
-    plot_scale_bar(ax=ax)
+    plot_scale_bar(ax=ax, area_trust=area_trust)
     legend_height = add_legend(figure, list_samples(floor, schemas, graph=graph)) if _has_labels(floor) else 0.0
     add_background(paint_grid(grid, extent, (width, height)), figure, bottom=round(legend_height * DPI))
     return figure

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from math import ceil, log10
+from textwrap import wrap
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
@@ -11,6 +12,7 @@ import shapely
 
 from pianta._types import Floats
 from pianta.floor import Floor
+from pianta.floor.area_trust import AreaTrust
 from pianta.gridmap import GridMap
 from pianta.plot.figure import DPI, TEXT_LEVEL, clean_legend, new_figure
 from pianta.plot.grid import UNKNOWN_GREY
@@ -36,6 +38,9 @@ SAMPLED_SIDE = 400
 # The picture shows free cells between this quantile of x and of y and its complement; beyond may be spray of windows.
 FREE_CELLS_QUANTILE = 0.99
 LEGEND_FONT_SIZE = 8
+# Of a sentence below the building, and the mean width of its letters per font size, rounded up.
+NOTE_FONT_SIZE = 6
+NOTE_LETTER = 0.6
 
 
 def find_extent(floor: Floor, grid: GridMap | None) -> Extent:
@@ -83,14 +88,19 @@ def show_extent(extent: Extent, ax: Axes) -> None:
     ax.set(xlim=(left, right), ylim=(bottom, top))
 
 
-def plot_scale_bar(*, ax: Axes) -> Axes:
-    """Draw a scale bar of 1, 2 or 5 times a power of ten metres in the lower left corner of what the ax shows."""
+def plot_scale_bar(*, ax: Axes, area_trust: AreaTrust = AreaTrust.EXACT) -> Axes:
+    """Draw a scale bar of 1, 2 or 5 times a power of ten metres in the lower left corner of what the ax shows.
+
+    area_trust: of the floor; a rough bar has a mark, and in place of an unknown one stands why it is.
+    """
     from matplotlib.lines import Line2D
 
     (left, right), (bottom, top) = ax.get_xlim(), ax.get_ylim()
     length = _round_length((right - left) / 4)
     margin = MARGIN * max(right - left, top - bottom)
     x, y = left + margin, bottom + margin
+    if area_trust is AreaTrust.UNKNOWN:
+        return _write_note(area_trust.note, (x, y), ax)
     line: dict[str, Any] = {
         "color": DARK_INK,
         "linewidth": 1.5,
@@ -100,7 +110,16 @@ def plot_scale_bar(*, ax: Axes) -> Axes:
     }
     ax.add_line(Line2D([x, x + length], [y, y], **line))
     text: dict[str, Any] = {"color": DARK_INK, "fontsize": 9, "va": "center_baseline", "zorder": TEXT_LEVEL}
-    ax.text(x + length + margin / 2, y, f"{length:g} m", **text)
+    ax.text(x + length + margin / 2, y, area_trust.mark_size(f"{length:g} m"), **text)
+    return ax
+
+
+def _write_note(note: str, corner: tuple[float, float], ax: Axes) -> Axes:
+    """Write a sentence into the strip below a building, from its lower left corner, in as many lines as it needs."""
+    width = ax.get_window_extent().width / DPI - 2 * MARGIN * LONG_SIDE_PX / DPI
+    letters = max(1, int(width / (NOTE_LETTER * NOTE_FONT_SIZE / 72)))
+    look: dict[str, Any] = {"color": DARK_INK, "fontsize": NOTE_FONT_SIZE, "va": "bottom", "zorder": TEXT_LEVEL}
+    ax.text(*corner, "\n".join(wrap(note, letters)), **look)
     return ax
 
 

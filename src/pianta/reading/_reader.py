@@ -153,6 +153,7 @@ class Reader:
             candidate_types=types,
             messages=(*messages, *storey.messages),
             uncorrected=uncorrected,
+            uncorrected_scale=None if uncorrected is None else storey.scale,
             corrections=corrections,
             previous_corrections=self.corrected.corrections if self.corrected else (),
         )

@@ -17,6 +17,7 @@ from pianta.corrections.corrections_file import FILE_NAME, read_corrections, sav
 from pianta.corrections.kinds import Correction
 from pianta.errors import OptionError
 from pianta.floor import Floor
+from pianta.floor.area_trust import AreaTrust
 from pianta.gridmap import GridMap
 from pianta.io._files import count_noun, find_output_fault, real_path, short_repr
 from pianta.io._folders import atomic_folder, check_output_file, only_writer
@@ -71,6 +72,8 @@ class StoreyReading:
         Height of its floor, metres; None if the file does not give it.
     previous_corrections
         The same as they were read; `Reading.save` refuses a folder that has others by then.
+    uncorrected_scale
+        The scale without the corrections; None for a map, and if there are none.
     """
 
     floor: Floor
@@ -85,6 +88,12 @@ class StoreyReading:
     title: str = ""
     elevation: float | None = None
     previous_corrections: tuple[Correction, ...] = ()
+    uncorrected_scale: PlanScale | None = None
+
+    @property
+    def area_trust(self) -> AreaTrust:
+        """Whether the scale is certain enough for areas; exact for a map."""
+        return find_area_trust(self.scale)
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,7 +147,10 @@ class Reading:
     def building(self) -> Building:
         """The storeys with their maps, the lowest first, and the stairs and lifts that join them."""
         # Floors of a sheet lie beside each other, and those of an IFC or .sh3d above each other
-        storeys = [Storey(each.floor, each.name, each.elevation, each.grid, each.title) for each in self.storeys]
+        storeys = [
+            Storey(each.floor, each.name, each.elevation, each.grid, each.title, each.area_trust)
+            for each in self.storeys
+        ]
         return make_building(storeys, self.path.stem, one_frame=self.path.suffix.lower() in {".ifc", ".sh3d"})
 
     @property
@@ -184,7 +196,10 @@ class Reading:
         from pianta.plot.floor import draw_floor
 
         first = self.storeys[0]
-        return encode_png(draw_floor(first.floor, first.grid, schemas=self.schemas, paper=first.paper))
+        picture = draw_floor(
+            first.floor, first.grid, schemas=self.schemas, paper=first.paper, area_trust=first.area_trust
+        )
+        return encode_png(picture)
 
     def save(self, folder: str | Path, *, walls: bool = False, graph: bool = False) -> list[Path]:
         """Write floor.geojson, rooms.png, graph.json and picture.png; several storeys in folders, and building.json.
@@ -312,7 +327,8 @@ class Reading:
             graph=graph,
         )
         if storey.uncorrected is not None:
-            save_floor(storey.uncorrected, folder / UNCORRECTED)
+            scale = storey.uncorrected_scale
+            save_floor(storey.uncorrected, folder / UNCORRECTED, scale=None if scale is None else scale.as_json())
             save_corrections(storey.corrections, folder / FILE_NAME)
 
 
@@ -329,7 +345,8 @@ def write_floor(
 ) -> None:
     """Write floor.geojson, rooms.png, graph.json and picture.png.
 
-    scale: of a plan, which floor.geojson keeps. walls, graph: whether picture.png shows them.
+    scale: of a plan, which floor.geojson keeps; picture.png marks a doubtful one. walls, graph: whether picture.png
+    shows them.
     """
     from pianta.io.floors import save_floor, save_label_image
     from pianta.io.graphs import save_graph
@@ -340,7 +357,15 @@ def write_floor(
     save_floor(floor, geojson, scale=None if scale is None else scale.as_json())
     save_label_image(floor.label_image(grid), labels)
     save_graph(floor.graph(), node_link)
-    save_figure(draw_floor(floor, grid, walls=walls, graph=graph, schemas=schemas, paper=paper), picture)
+    figure = draw_floor(
+        floor, grid, walls=walls, graph=graph, schemas=schemas, paper=paper, area_trust=find_area_trust(scale)
+    )
+    save_figure(figure, picture)
+
+
+def find_area_trust(scale: PlanScale | None) -> AreaTrust:
+    """Whether a scale is certain enough for areas; None, as of a map, is."""
+    return AreaTrust.EXACT if scale is None else scale.area_trust
 
 
 def check_clean_map(path: str | Path, target: str | Path, folder: str | Path | None = None) -> None:

@@ -24,6 +24,7 @@ from pianta.corrections.corrections_file import FILE_NAME, read_corrections, sav
 from pianta.corrections.kinds import Correction, SetType, move_correction
 from pianta.errors import CorrectionError, FloorError, MapError
 from pianta.floor import Floor, scale_floor
+from pianta.floor.area_trust import AreaTrust
 from pianta.gridmap import GridMap
 from pianta.io._files import short_repr
 from pianta.io._folders import atomic_folder
@@ -34,7 +35,7 @@ from pianta.layout.frames import Motion
 from pianta.layout.room_ids import find_frame_motion, keep_room_ids
 from pianta.reading._map_change import MapChange
 from pianta.reading._restored_rooms import Restored, restore_rooms
-from pianta.reading.reading import OUTPUTS, PAPER, UNCORRECTED, write_floor
+from pianta.reading.reading import OUTPUTS, PAPER, UNCORRECTED, find_area_trust, write_floor
 
 if TYPE_CHECKING:
     from pianta.plan.sheets.sheet import PlanScale
@@ -173,13 +174,22 @@ class SavedReading:
         if self.grid is None:
             raise MapError(f"folder {short_repr(self.folder)} has no {GRID}, read the map again with this pianta")
         with atomic_folder(self.folder) as temporary:
-            scale = None if self.scale is None else self.scale.corrected(measure_factor(self.outcomes))
-            write_floor(self.floor, self.grid, temporary, schemas, paper=self.paper, scale=scale)
+            write_floor(self.floor, self.grid, temporary, schemas, paper=self.paper, scale=self.corrected_scale)
             self.grid.save(temporary / GRID)
             save_floor(
                 self.uncorrected, temporary / UNCORRECTED, scale=None if self.scale is None else self.scale.as_json()
             )
             save_corrections(self.corrections, temporary / FILE_NAME)
+
+    @property
+    def corrected_scale(self) -> PlanScale | None:
+        """The scale with the corrections; None for a map."""
+        return None if self.scale is None else self.scale.corrected(measure_factor(self.outcomes))
+
+    @property
+    def area_trust(self) -> AreaTrust:
+        """Whether the scale, with the corrections, is certain enough for areas; exact for a map."""
+        return find_area_trust(self.corrected_scale)
 
     def _scale_grid(self, factor: float) -> GridMap | None:
         return self.grid if self.grid is None or factor == 1 else self.grid.scaled(factor)

@@ -15,6 +15,7 @@ from pianta.corrections.kinds import (
     DeleteRoom,
     MarkOutside,
     NameRoom,
+    NumberRoom,
     Points,
     ScaleToArea,
     Size,
@@ -93,6 +94,14 @@ class _Name(_EditOfRoom):
         return NameRoom(position_of(floor, self.room), self.name)
 
 
+class _Number(_EditOfRoom):
+    kind: Literal["number"]
+    number: Text | None
+
+    def correct(self, floor: Floor) -> Correction:
+        return NumberRoom(position_of(floor, self.room), self.number)
+
+
 class _Label(_EditOfRoom):
     kind: Literal["label"]
     label: Text | None
@@ -109,5 +118,5 @@ class _Area(_EditOfRoom):
         return ScaleToArea(position_of(floor, self.room), self.area)
 
 
-_Edit = Annotated[_Merge | _Split | _Delete | _Outside | _Name | _Label | _Area, Field(discriminator="kind")]
+_Edit = Annotated[_Merge | _Split | _Delete | _Outside | _Name | _Number | _Label | _Area, Field(discriminator="kind")]
 _ADAPTER: TypeAdapter[Any] = TypeAdapter(_Edit)

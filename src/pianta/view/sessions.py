@@ -15,14 +15,15 @@ from typing import Any
 from pianta.corrections.corrections_file import FILE_NAME, parse_correction, read_corrections
 from pianta.corrections.kinds import Correction
 from pianta.errors import CorrectionError, PiantaError
+from pianta.floor.area_trust import AreaTrust
 from pianta.io._files import one_line_reason, real_path, short_repr
 from pianta.io._folders import only_writer
 from pianta.io.building_folders import read_storey_folders
-from pianta.io.floors import read_floor
+from pianta.io.floors import read_floor, read_scale_member
 from pianta.reading.saved_reading import FLOOR, GRID, SavedReading
 from pianta.view.background import draw_background
 from pianta.view.edits import read_edit
-from pianta.view.states import corners_of, describe_changes, describe_labels, name_type
+from pianta.view.states import corners_of, describe_changes, describe_labels, describe_trust, name_type
 
 # Files whose content is the version of a folder.
 FILES = (FLOOR, FILE_NAME, GRID)
@@ -227,11 +228,13 @@ class Session:
 
     def _read_summary(self) -> dict[str, Any]:
         floor, corrections = read_floor(self.folder / FLOOR), self.folder / FILE_NAME
+        trust = AreaTrust.from_member(read_scale_member(self.folder / FLOOR))
         return {
             "rooms": len(floor),
             "corrections": len(read_corrections(corrections)) if corrections.exists() else 0,
             "area": sum(room.polygon.area for room in floor),
             "type": name_type(floor),
+            **({} if trust is AreaTrust.EXACT else {"areas": describe_trust(trust)}),
         }
 
     def _hash_file(self, file: Path) -> bytes:

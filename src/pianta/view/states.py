@@ -15,6 +15,7 @@ from pianta.corrections.correct import Outcome
 from pianta.corrections.corrections_file import describe_correction
 from pianta.corrections.kinds import XY
 from pianta.floor import Floor
+from pianta.floor.area_trust import AreaTrust
 from pianta.gridmap import GridMap
 from pianta.io.floors import describe_floor
 from pianta.labels import ALL_SCHEMAS
@@ -28,14 +29,23 @@ UNKNOWN_FUNCTION = "UNKNOWN"
 
 
 def describe_changes(reading: SavedReading) -> dict[str, Any]:
-    """The members that corrections change: the floor, its graph, the type of its building, and the corrections."""
+    """The members that corrections change: the floor, its graph, the type of its building, and the corrections.
+
+    Also how the page shows areas, which a correction of the scale changes.
+    """
     floor = reading.floor
     return {
         "floor": _describe_shapes(floor),
         "graph": _list_edges(floor),
         "building_type": dict(floor.building_type),
+        "areas": describe_trust(reading.area_trust),
         "corrections": describe_outcomes(reading.outcomes),
     }
+
+
+def describe_trust(area_trust: AreaTrust) -> dict[str, str]:
+    """How the page shows areas, and why so."""
+    return {"trust": str(area_trust), "note": area_trust.note}
 
 
 def describe_outcomes(outcomes: Sequence[Outcome]) -> list[dict[str, Any]]:
@@ -69,7 +79,7 @@ def name_type(floor: Floor) -> str | None:
 
 
 def _describe_shapes(floor: Floor) -> dict[str, Any]:
-    """The object of floor.geojson; rooms also have their area, centre, function, colour, doors and neighbours."""
+    """The object of floor.geojson, with what the page shows of a room: title, area, centre, look, doors, neighbours."""
     described = describe_floor(floor)
     looks = choose_looks(floor)
     doors = Counter(room_id for door in floor.doors for room_id in door.room_ids)
@@ -82,6 +92,7 @@ def _describe_shapes(floor: Floor) -> dict[str, Any]:
         feature["properties"] |= {
             "predicted": room.predicted and mapping(room.predicted),
             "confidence": room.confidence,
+            "title": room.title,
             "area": room.polygon.area,
             "centre": _centre_of(room.polygon),
             **looks[room.id],

@@ -10,6 +10,7 @@ from typing import Protocol, TypedDict
 from pianta.building import Building, Storey
 from pianta.errors import OptionError
 from pianta.floor import Floor
+from pianta.floor.area_trust import AreaTrust
 from pianta.floor.straight import straighten_floor
 from pianta.gridmap import GridMap
 from pianta.io._files import atomic_file, count_noun, short_repr
@@ -129,7 +130,19 @@ def convert(
     writer = chosen.find_writer()
     target = Path(path)
     with atomic_folder(target) if chosen.is_folder else atomic_file(target) as temporary:
-        return notes + writer(building, temporary, options)
+        return notes + writer(building, temporary, options) + describe_trust(building)
+
+
+def describe_trust(building: Building) -> list[str]:
+    """That the scale of a plan is doubtful, and so are the areas in the file; a line for each reason."""
+    doubtful: dict[AreaTrust, list[str]] = {}
+    for storey in building:
+        if storey.area_trust is not AreaTrust.EXACT:
+            doubtful.setdefault(storey.area_trust, []).append(storey.name)
+    return [
+        (f"storeys {', '.join(map(short_repr, names))}: " if len(building) > 1 else "") + trust.warning
+        for trust, names in doubtful.items()
+    ]
 
 
 def straighten_building(building: Building) -> tuple[Building, list[str]]:

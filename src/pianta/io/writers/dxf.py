@@ -129,7 +129,7 @@ def _draw_stamp(space: Modelspace, room: Room, storey: Storey, layer: str) -> bo
     values = {
         "NUMBER": number or str(room.id),
         "NAME": name or "",
-        "AREA": f"{room.polygon.area:.2f} m²",
+        "AREA": storey.area_trust.format_area(room.polygon.area, digits=2),
         "LABEL": room.label or "",
         "ID": str(room.id),
         "STOREY": storey.name,

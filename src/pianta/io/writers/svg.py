@@ -13,6 +13,7 @@ from shapely import Polygon
 from pianta._types import Floats
 from pianta.building import Building, Storey
 from pianta.floor import Door, Room
+from pianta.floor.area_trust import AreaTrust
 from pianta.io._files import count_noun
 from pianta.io.drawings.svg import METRES_ATTRIBUTE
 from pianta.io.writers._formats import WriteOptions
@@ -100,7 +101,7 @@ def _draw_storey(root: Element, storey: Storey, prefix: str, left_top: Floats, *
         tint = {"fill": tints[room.id]} if room.id in tints else {}
         path = _add_area(groups["rooms"], room.polygon, left_top, {"id": f"{prefix}room-{room.id}", **tint})
         SubElement(path, "title").text = ", ".join(filter(None, (room.title or f"Room {room.id}", room.label)))
-        _add_name(groups["names"], room, left_top)
+        _add_name(groups["names"], room, left_top, storey.area_trust)
     for area in walls:
         _add_area(groups["walls"], area, left_top, {})
     for piece in floor.furniture:
@@ -130,13 +131,13 @@ def _add_area(group: Element, area: Polygon, left_top: Floats, attributes: dict[
     return SubElement(group, "path", {**attributes, "fill-rule": "evenodd", "d": outline})
 
 
-def _add_name(group: Element, room: Room, left_top: Floats) -> None:
+def _add_name(group: Element, room: Room, left_top: Floats, area_trust: AreaTrust) -> None:
     """The name, or else the id, with the area below it."""
     x, y, radius = place_text(room)
     name = room.title or str(room.id)
     size = min(MAX_LETTERS, radius * LETTERS_SHARE, 3 * radius / max(len(name), 1))
     ((x, y),) = _flip(np.array([[x, y]]), left_top)
-    for text, line, scale in ((name, 0.0, 1.0), (f"{room.polygon.area:.1f} m²", 1.1, 0.7)):
+    for text, line, scale in ((name, 0.0, 1.0), (area_trust.format_area(room.polygon.area), 1.1, 0.7)):
         attributes = {"x": _text(x), "y": _text(y + line * size), "font-size": _text(size * scale)}
         SubElement(group, "text", attributes).text = text
 

@@ -10,6 +10,7 @@ from xml.etree.ElementTree import Element, SubElement
 
 from pianta.building import Building
 from pianta.floor import Floor, Room
+from pianta.floor.area_trust import AreaTrust
 from pianta.labels import ALL_SCHEMAS, FCES, FCES_COLORS, RC, LabelConvention, LabelSet, normalize_label
 
 # Metres on the drawing, which is at 1:100.
@@ -54,7 +55,7 @@ def draw_legend(
     # Readers of drawings take no walls and doors from a group of this name
     group = Element("g", {"id": "legend", "fill": INK, "font-family": "sans-serif", "font-size": f"{LETTERS:g}"})
     left, top = left_top
-    x, y = left + _draw_scale_bar(group, left, top, _round_length(width / 2)), top
+    x, y = left + _draw_scale_bar(group, left, top, _round_length(width / 2), building.area_trust), top
     for sample in _list_samples(building, styles):
         entry = SAMPLE + GAP + len(sample.text) * LETTER_WIDTH
         if x + entry > left + width and x > left:
@@ -87,7 +88,7 @@ def _list_samples(building: Building, styles: Styles) -> Iterator[Sample]:
         yield Sample("area", styles["furniture"], "furniture")
 
 
-def _draw_scale_bar(group: Element, left: float, top: float, length: float) -> float:
+def _draw_scale_bar(group: Element, left: float, top: float, length: float, area_trust: AreaTrust) -> float:
     """A bar of a length with its text; how much of the row it takes."""
     middle, half = top + ROW / 2, LETTERS / 3
     path = (
@@ -95,7 +96,7 @@ def _draw_scale_bar(group: Element, left: float, top: float, length: float) -> f
         f"M {left + length:g} {middle - half:g} V {middle + half:g}"
     )
     SubElement(group, "path", {"d": path, "fill": "none", "stroke": INK, "stroke-width": "0.04"})
-    text = f"{length:g} m"
+    text = area_trust.mark_size(f"{length:g} m")
     _add_text(group, text, left + length + GAP, top)
     return length + GAP + len(text) * LETTER_WIDTH + 3 * GAP
 

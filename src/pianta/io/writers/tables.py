@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, TypeAlias
 
 from pianta.building import Building, Storey
 from pianta.floor import Room
+from pianta.floor.area_trust import AreaTrust
 from pianta.io._files import count_noun, short_repr
 from pianta.io.writers._formats import WriteOptions
 from pianta.io.writers.room_texts import number_and_name
@@ -32,6 +33,10 @@ ROOM_COLUMNS = (
 )
 DOOR_COLUMNS = ("storey", "room", "other_room", "kind", "width_m", "x", "y")
 TOTAL_COLUMNS = ("storey", "label", "rooms", "area_m2")
+# In place of a storey and of a label, in totals.
+ALL = "all"
+# The last column of rooms and totals, if the scale of any storey is doubtful.
+ROUGH_COLUMN = "area_is_rough"
 # Digits after the point: centimetres, and square decimetres.
 DIGITS = 2
 # Spreadsheets run a text that begins with one of these as a formula (OWASP, CSV injection).
@@ -50,11 +55,11 @@ Row: TypeAlias = list[Value]
 
 def write_csv(building: Building, target: Path, _: WriteOptions) -> list[str]:
     """A row for each room; the ids of neighbours are separated by blanks."""
-    rows = [*list_room_rows(building)]
+    columns, rows = _mark_rough(building, ROOM_COLUMNS, list_room_rows(building))
     formulas = [text for row in rows for text in row if isinstance(text, str) and text.startswith(FORMULA_STARTS)]
     with target.open("w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file)
-        writer.writerow(ROOM_COLUMNS)
+        writer.writerow(columns)
         writer.writerows([[_quote_formula(value) for value in row] for row in rows])
     if not formulas:
         return []
@@ -67,9 +72,9 @@ def write_excel(building: Building, target: Path, _: WriteOptions) -> list[str]:
     from openpyxl import Workbook
 
     workbook = Workbook(write_only=True)
-    _add_sheet(workbook, "Rooms", ROOM_COLUMNS, list_room_rows(building))
+    _add_sheet(workbook, "Rooms", *_mark_rough(building, ROOM_COLUMNS, list_room_rows(building)))
     _add_sheet(workbook, "Doors", DOOR_COLUMNS, _list_door_rows(building))
-    _add_sheet(workbook, "Totals", TOTAL_COLUMNS, list_totals(building))
+    _add_sheet(workbook, "Totals", *_mark_rough(building, TOTAL_COLUMNS, list_totals(building)))
     workbook.save(target)
     return []
 
@@ -91,8 +96,16 @@ def list_totals(building: Building) -> Iterator[Row]:
             yield _sum_rooms(storey.name, label or None, by_label[label])
         building_rooms += storey.floor.rooms
         if len(building) > 1:
-            yield _sum_rooms(storey.name, "all", storey.floor.rooms)
-    yield _sum_rooms("all", "all", building_rooms)
+            yield _sum_rooms(storey.name, ALL, storey.floor.rooms)
+    yield _sum_rooms(ALL, ALL, building_rooms)
+
+
+def _mark_rough(building: Building, columns: Sequence[str], rows: Iterable[Row]) -> tuple[Sequence[str], list[Row]]:
+    """The table with ROUGH_COLUMN, yes or no, if any storey has rough areas; each row begins with its storey."""
+    rough = {storey.name for storey in building if storey.area_trust is not AreaTrust.EXACT}
+    if not rough:
+        return columns, [*rows]
+    return (*columns, ROUGH_COLUMN), [[*row, "yes" if row[0] in {*rough, ALL} else "no"] for row in rows]
 
 
 def _describe_room(storey: Storey, room: Room) -> Row:

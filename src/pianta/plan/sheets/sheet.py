@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from pianta._types import Colors, Floats, Mask
+from pianta.floor.area_trust import AreaTrust
 from pianta.plan.sheets.binarization import Contrast, PaperContrast, compare_to_paper, invert_if_dark
 
 # Metres of a single door: the width at which the network was trained, and that a plan's doors are taken for
@@ -91,6 +92,11 @@ class PlanScale:
     def is_rough(self) -> bool:
         """Whether areas are too uncertain to be given without a mark."""
         return self.is_look or self.area_factor >= ROUGH_AREA_FACTOR
+
+    @property
+    def area_trust(self) -> AreaTrust:
+        """How areas are shown: as they are, with a mark, or not at all."""
+        return AreaTrust.of(is_rough=self.is_rough, is_look=self.is_look)
 
     def scaled(self, factor: float) -> PlanScale:
         """Change the pixels and keep the scale.

@@ -53,8 +53,10 @@ export function ask(text, answers, input = null) {
   });
 }
 
-export function formatArea(area) {
-  return `${area.toFixed(1)} m²`;
+// areas: of the state of a floor, how far its scale is to be trusted; not there for graphs, and floors without a folder.
+export function formatArea(area, areas) {
+  if (areas?.trust === "unknown") return "?";
+  return areas?.trust === "rough" ? `≈ ${Number(area.toPrecision(2))} m²` : `${area.toFixed(1)} m²`;
 }
 
 export function formatShare(probability) {

@@ -9,7 +9,7 @@ const PADDING_PX = 24;
 const LAYERS = {
   map: "Map",
   rooms: "Rooms",
-  texts: "Ids, names and labels",
+  texts: "Ids, numbers, names and labels",
   walls: "Walls",
   doors: "Doors and openings",
   possible: "Possible doors",
@@ -18,6 +18,18 @@ const LAYERS = {
   graph: "Graph",
 };
 const OFF_AT_START = ["graph"];
+
+const MarkedScale = L.Control.Scale.extend({
+  show(trust) {
+    this._trust = trust;
+    this.getContainer().hidden = trust === "unknown";
+    this._update();
+  },
+
+  _updateScale(scale, text, ratio) {
+    L.Control.Scale.prototype._updateScale.call(this, scale, this._trust === "rough" ? `≈ ${text}` : text, ratio);
+  },
+});
 
 function toLatLngs(points) {
   return points.map(([x, y]) => [y, x]);
@@ -44,7 +56,7 @@ export class FloorMap {
     this.texts = new RoomTexts().addTo(this.groups.texts);
     this.marks = L.layerGroup().addTo(this.map);
     this.draft = L.layerGroup().addTo(this.map);
-    L.control.scale({ imperial: false, maxWidth: 140 }).addTo(this.map);
+    this.scale = new MarkedScale({ imperial: false, maxWidth: 140 }).addTo(this.map);
     new ResizeObserver(() => this.map.invalidateSize({ animate: false })).observe(container);
   }
 
@@ -81,6 +93,11 @@ export class FloorMap {
       L.circleMarker([y, x], this._style("doors", "node", { radius: 4 })).addTo(this.groups.graph);
     }
     this.texts.setRooms(shapes.rooms);
+  }
+
+  // areas: of the state; a rough scale has a mark, an unknown one is hidden.
+  showScale(areas) {
+    this.scale.show(areas?.trust);
   }
 
   // Show the whole floor.

@@ -201,9 +201,10 @@ export class FloorPage {
     const { state } = this.session;
     this._shapes = new Shapes(state);
     this.floorMap.draw(this.shapes, state.background);
+    this.floorMap.showScale(state.areas);
     if (!this.fitted) this.fit();
     this.fitted = true;
-    this.list.setRooms(this.shapes.rooms, null);
+    this.list.setRooms(this.shapes.rooms, null, state.areas);
     this.select(this._findAgain(this.selected));
     byId("legend").replaceChildren(...listFunctions(this.shapes.rooms));
     showBuilding(state, this);

@@ -20,7 +20,7 @@ export function showGallery(maps, source) {
 }
 
 function makeCard(entry) {
-  const facts = entry.facts ?? [`${entry.rooms} rooms`, formatArea(entry.area), entry.type, correctionsOf(entry.corrections)];
+  const facts = entry.facts ?? [`${entry.rooms} rooms`, entry.areas?.trust === "unknown" ? null : formatArea(entry.area, entry.areas), entry.type, correctionsOf(entry.corrections)];
   const card = element("a", { className: entry.error ? "card problem" : "card", href: `#map=${entry.map}` },
     element("div", { className: "picture" }), element("h2", {}, entry.name),
     element("p", {}, entry.error ?? facts.filter(Boolean).join(", ")));

@@ -1,10 +1,11 @@
-// The list of rooms: it sorts by a column and finds by id, name or label; arrow keys move in it.
+// The list of rooms: it sorts by a column and finds by id, number, name or label; arrow keys move in it.
 
 import { byId, element, formatArea } from "./elements.js";
 import { showFill } from "./patterns.js";
 
 const COLUMNS = {
   id: { text: "Id", value: (room) => room.id },
+  number: { text: "No.", value: (room) => room.number ?? "" },
   name: { text: "Name", value: (room) => room.name ?? "" },
   label: { text: "Label", value: (room) => room.label ?? "" },
   // As shown, so that rooms of one area stay in the order of their ids.
@@ -24,7 +25,7 @@ export class RoomList {
     this.body = byId("rooms").tBodies[0];
     const head = byId("rooms").tHead.rows[0];
     head.replaceChildren(...Object.entries(COLUMNS).map(([name, { text }]) =>
-      element("th", { scope: "col", id: `sort-${name}` },
+      element("th", { scope: "col", id: `sort-${name}`, className: name },
         element("button", { type: "button", onclick: () => this.sort(name) }, text))));
     byId("find").addEventListener("input", () => this.show());
     byId("find").addEventListener("keydown", (event) => this._onFindKey(event));
@@ -42,8 +43,14 @@ export class RoomList {
     this.show();
   }
 
-  setRooms(rooms, selected) {
+  // areas: of the state of the floor.
+  setRooms(rooms, selected, areas) {
     this.rooms = rooms;
+    // A column that most floors would leave empty.
+    byId("rooms").classList.toggle("numbered", rooms.some((room) => room.number));
+    this.areas = areas;
+    byId("areas-note").textContent = areas?.note ?? "";
+    byId("areas-note").hidden = !areas?.note;
     this.selected = selected;
     this.show();
   }
@@ -65,7 +72,7 @@ export class RoomList {
       return (this.down ? -order : order) || a.id - b.id;
     });
     this.body.replaceChildren(...found.map((room) => this._makeRow(room)));
-    if (!found.length) this.body.append(element("tr", {}, element("td", { colSpan: 4 }, "No room")));
+    if (!found.length) this.body.append(element("tr", {}, element("td", { colSpan: Object.keys(COLUMNS).length }, "No room")));
     this._setStop();
     if (focused) this.body.querySelector(`[data-room="${focused}"]`)?.focus();
   }
@@ -73,15 +80,15 @@ export class RoomList {
   _find(text) {
     const wanted = text.trim().toLowerCase();
     return this.rooms.filter((room) =>
-      !wanted || String(room.id) === wanted || `${room.name ?? ""}\n${room.label ?? ""}`.toLowerCase().includes(wanted));
+      !wanted || String(room.id) === wanted || `${room.title ?? ""}\n${room.label ?? ""}`.toLowerCase().includes(wanted));
   }
 
   _makeRow(room) {
     const colour = element("span", { className: "colour" });
     showFill(colour, room);
-    const row = element("tr", {},
-      element("td", {}, colour, String(room.id)), element("td", { title: room.name ?? "" }, room.name ?? ""),
-      element("td", { title: room.label ?? "" }, room.label ?? ""), element("td", {}, formatArea(room.area)));
+    const cell = (className, text, ...before) => element("td", { className, title: text }, ...before, text);
+    const row = element("tr", {}, cell("id", String(room.id), colour), cell("number", room.number ?? ""),
+      cell("name", room.name ?? ""), cell("label", room.label ?? ""), cell("area", formatArea(room.area, this.areas)));
     row.dataset.room = room.id;
     this._markRow(row);
     return row;

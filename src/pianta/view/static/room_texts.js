@@ -1,4 +1,4 @@
-// Ids, names and labels of rooms on the map, where there is room for them.
+// Ids, numbers with names, and labels of rooms on the map, where there is room for them.
 
 import { inRings } from "./shapes.js";
 
@@ -55,7 +55,7 @@ export const RoomTexts = L.Layer.extend({
     }
   },
 
-  // The lines of a room's text: its id if the box of the room is large enough, and as much of its name and its label
+  // The lines of a room's text: its id if the box of the room is large enough, and as much of its title and its label
   // as stays inside the room.
   _fit(room) {
     const zoom = this._map.getZoom();
@@ -69,7 +69,7 @@ export const RoomTexts = L.Layer.extend({
     const [left, bottom, right, top] = room.box;
     const id = String(room.id);
     if ((right - left) * scale < this._widthOf(id) || (top - bottom) * scale < LINE_PX) return [];
-    const more = [room.name, room.label].filter(Boolean);
+    const more = [room.title, room.label].filter(Boolean);
     const sets = [[id, ...more], ...more.map((text) => [id, text]).reverse()];
     return sets.find((lines) => this._isInside(room, lines, scale)) ?? [id];
   },

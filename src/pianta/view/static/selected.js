@@ -58,8 +58,8 @@ export function describeThing(thing, shapes) {
   const share = finestLabels(thing)[thing.label];
   const label = thing.label ? `${thing.label}${share === undefined ? "" : ` ${formatShare(share)}`}` : "no label";
   const neighbours = thing.neighbours.length ? `, next to ${thing.neighbours.join(", ")}` : "";
-  const name = thing.name ? ` “${thing.name}”` : "";
-  return `Room ${thing.id}${name}\n${label}\n${formatArea(thing.area)}, doors: ${shapes.doorsOf(thing).length}${neighbours}`;
+  const name = thing.title ? ` “${thing.title}”` : "";
+  return `Room ${thing.id}${name}\n${label}\n${formatArea(thing.area, shapes.areas)}, doors: ${shapes.doorsOf(thing).length}${neighbours}`;
 }
 
 function roomFacts(room, page) {
@@ -69,7 +69,7 @@ function roomFacts(room, page) {
   const doors = shapes.doorsOf(room).map((door) =>
     button(door.kind === "opening" ? "opening" : "door", () => page.select(door), { className: "link" }));
   return element("dl", {},
-    ...fact("Area", formatArea(room.area)),
+    ...fact("Area", formatArea(room.area, shapes.areas)),
     ...fact("Doors", ...(doors.length ? doors : ["none"])),
     ...fact("Neighbours", ...(room.neighbours.length ? links(room.neighbours) : ["none"])),
     ...stairs.flatMap((each) => fact(each.kind === "lift" ? "Lift" : "Stairs", element("a", { className: "link",
@@ -79,6 +79,11 @@ function roomFacts(room, page) {
       : `predicted shape, expected IoU ${room.confidence.toFixed(2)}`) : []));
 }
 
+// A doubtful area is no proposal.
+function trueArea(room, { areas }) {
+  return areas && areas.trust !== "exact" ? "" : room.area.toFixed(1);
+}
+
 function roomContent(room, page) {
   const { writable } = page;
   const edit = (members) => page.send({ room: room.id, ...members });
@@ -86,11 +91,13 @@ function roomContent(room, page) {
     element("h2", {}, `Room ${room.id}`),
     field({ name: "name", text: "Name", value: room.name ?? "", writable,
       send: (value) => edit({ kind: "name", name: value.trim() || null }) }),
+    field({ name: "number", text: "Number", value: room.number ?? "", writable,
+      send: (value) => edit({ kind: "number", number: value.trim() || null }) }),
     field({ name: "label", text: "Label", value: room.label ?? "", list: "label-names", writable,
       send: (value) => edit({ kind: "label", label: value.trim() || null }) }),
     bars(finestLabels(room)),
     roomFacts(room, page),
-    writable && field({ name: "area", text: "True area, m²", type: "number", value: room.area.toFixed(1), writable,
+    writable && field({ name: "area", text: "True area, m²", type: "number", value: trueArea(room, page.shapes), writable,
       send: (value) => edit({ kind: "area", area: Number(value) }) }),
     writable && element("div", { className: "answers" },
       button("Merge with …", () => page.useTool("merge", [room])), button("Split …", () => page.useTool("split")),
@@ -125,7 +132,7 @@ export function showBuilding(state, page) {
   const area = page.shapes.rooms.reduce((sum, room) => sum + room.area, 0);
   const openings = page.shapes.doors.filter((door) => door.kind === "opening").length;
   refill(byId("building"),
-    element("dl", {}, ...fact("Rooms", String(page.shapes.rooms.length)), ...fact("Area", formatArea(area)),
+    element("dl", {}, ...fact("Rooms", String(page.shapes.rooms.length)), ...fact("Area", formatArea(area, page.shapes.areas)),
       ...fact("Doors", `${page.shapes.doors.length - openings}, and ${openings} openings`)),
     field({ name: "type", text: "Type", value: type, list: "type-names", writable: page.writable,
       send: (value) => page.send({ kind: "type", building_type: value.trim() || null }) }),

@@ -75,7 +75,7 @@ class Report {
       const rooms = state.floor.features.filter((feature) => feature.properties.class === "room").length;
       const type = Object.entries(state.building_type).sort((a, b) => b[1] - a[1])[0]?.[0] ?? null;
       const area = areas.reduce((sum, each) => sum + each, 0);
-      return { map, name: state.name, rooms, area, type, corrections: state.corrections.length };
+      return { map, name: state.name, rooms, area, areas: state.areas, type, corrections: state.corrections.length };
     });
   }
 

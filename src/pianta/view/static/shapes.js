@@ -10,6 +10,7 @@ export class Shapes {
     this.walls = of("wall").map((feature) => feature.geometry.coordinates);
     this.furniture = of("furniture").map((feature) => feature.geometry.coordinates);
     this.graph = state.graph;
+    this.areas = state.areas;
   }
 
   roomAt(point) {
