@@ -66,8 +66,10 @@ SYNTHETIC_WEIGHT = 0.25
 # Lessons of homes, each of several plans, and the share of the batches that they are.
 HOME_LESSONS = 300
 HOME_SHARE = 0.4
+# Cells across a door of 0.9 m on homes: their walls and rooms are half as large as those of schools.
+HOME_DOOR_CELLS = 2 * DOOR_CELLS
 # Side of such a lesson, and space around each of its plans, cells.
-HOMES_SIDE = 330
+HOMES_SIDE = 400
 HOME_SPACE = 6
 SCREENSHOT = "screenshot"
 # Batches from which the statistics of averaged weights are computed.
@@ -92,12 +94,14 @@ def fold_of(building: str, buildings: list[str]) -> int:
     return ordered.index(building) % 2
 
 
-def make_lesson(colors: NDArray[np.uint8], floors: list[Floor], grid: GridMap) -> Lesson:
-    """The layers of a sheet and its true regions, both in cells of the network.
+def make_lesson(
+    colors: NDArray[np.uint8], floors: list[Floor], grid: GridMap, door_cells: float = DOOR_CELLS
+) -> Lesson:
+    """The layers of a sheet and its true regions, both in cells of the network, door_cells across a door.
 
     Walls are the outlines of the rooms, doors their lines, with or without ink there.
     """
-    cell = 0.9 / grid.resolution / DOOR_CELLS
+    cell = 0.9 / grid.resolution / door_cells
     layers = (input_layers(colors, cell_px=cell) * 255).astype(np.uint8)
     regions = np.full(layers.shape[1:], OUTSIDE, np.uint8)
 
@@ -196,8 +200,8 @@ def make_home_lessons(count: int, rng: np.random.Generator) -> list[Lesson]:
 
 def make_home_lesson(plan: HomePlan) -> Lesson:
     """The lesson of a home, without walls where rooms are open to each other."""
-    layers, regions = make_lesson(plan.colors, [plan.truth], plan.grid)
-    cell = 0.9 / plan.grid.resolution / DOOR_CELLS
+    layers, regions = make_lesson(plan.colors, [plan.truth], plan.grid, HOME_DOOR_CELLS)
+    cell = 0.9 / plan.grid.resolution / HOME_DOOR_CELLS
     for line in plan.open_lines:
         rows, cols = plan.grid.map_to_pixel(*shapely.get_coordinates(line).T)
         ends = np.rint(np.column_stack([cols, rows]) / cell * 16 - 8).astype(np.int32)

@@ -156,7 +156,7 @@ def draw_home_plan(rng: np.random.Generator) -> HomePlan:
     around = unary_union([footprint, *(room.polygon for room in floor)])
     x0, y0, x1, y1 = around.bounds
     margins = rng.uniform(0.4, MARGIN, 4)
-    px = float(np.exp(rng.uniform(np.log(14), np.log(55))))
+    px = float(np.exp(rng.uniform(np.log(20), np.log(70))))
     paper = WHITE if rng.random() < 0.75 else tuple(int(tone) for tone in rng.integers(225, 256, 3))
     sheet = Sheet((x0 - margins[0], y0 - margins[1], x1 + margins[2], y1 + margins[3]), px, paper)  # type: ignore[arg-type]
     width = max(1.0, px / 40 * rng.uniform(0.6, 1.6))

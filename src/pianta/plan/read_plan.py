@@ -25,10 +25,10 @@ from pianta.layout.reconstruct import DEFAULT_METHOD, check_method
 from pianta.plan.doors.lines import PlanDoors, find_doors
 from pianta.plan.drawn_rooms.floors import read_drawn_floors
 from pianta.plan.drawn_rooms.layers import describe_layers, forget_walls
-from pianta.plan.scale.refined_scale import refine_scale
+from pianta.plan.scale.refined_scale import refine_scale, scale_door_px
 from pianta.plan.scale.room_evidence import home_probability
-from pianta.plan.scale.sheet_scale import find_scale
-from pianta.plan.scale.spaces import measure_spaces
+from pianta.plan.scale.sheet_scale import SheetScale, find_scale
+from pianta.plan.scale.spaces import Space, measure_spaces
 from pianta.plan.sheets.boxes import describe_left_out, erase_boxes, find_boxes
 from pianta.plan.sheets.drawn_sheet import draw_sheet
 from pianta.plan.sheets.flagged_rooms import flag_rooms
@@ -37,7 +37,7 @@ from pianta.plan.sheets.map_or_plan import looks_like_drawing
 from pianta.plan.sheets.no_rooms import leave_out
 from pianta.plan.sheets.open_rooms import join_open_rooms
 from pianta.plan.sheets.open_sheet import open_sheet
-from pianta.plan.sheets.parts import find_parts
+from pianta.plan.sheets.parts import SheetParts, find_parts
 from pianta.plan.sheets.sheet import PlacedText, PlanScale, Sheet
 from pianta.plan.symbols.detection import find_symbols, remove_symbols
 from pianta.plan.symbols.poses import PlacedSymbol
@@ -49,7 +49,7 @@ from pianta.plan.text.room_numbers import correct_room_numbers, split_room_numbe
 from pianta.plan.walls.dimension_strokes import erase_dimension_lines
 from pianta.plan.walls.floor_map import draw_floor_map, use_named_walls
 from pianta.plan.walls.grid_strokes import erase_grid
-from pianta.plan.walls.segmentation import NETWORKS, has_walls, segment_sheet
+from pianta.plan.walls.segmentation import NETWORKS, ClassMap, has_walls, segment_sheet
 
 # Formats of buildings with storeys, in metres; all others are sheets.
 STOREY_READERS = MappingProxyType({".ifc": read_ifc_plan, ".sh3d": read_sweethome3d})
@@ -257,8 +257,7 @@ def _place_drawn_floors(floors: Sequence[Floor], unit: PlanScale, note: str, pat
 
 def _read_sheet(sheet: Sheet, path: str | Path, options: _SheetOptions) -> PlanReading:
     """The floors of a sheet of pixels."""
-    symbols, networks = options.symbols, options.networks
-    templates = builtin_templates() + (read_symbol_folder(symbols) if symbols else ())
+    templates = builtin_templates() + (read_symbol_folder(options.symbols) if options.symbols else ())
     if sheet.walls is None and not looks_like_drawing(sheet.colors):
         raise PlanError(f"plan {short_repr(path)} looks blank, like noise, like a photo or like text, give a drawing")
     # Text gives the names and the scale, and would be taken for symbols
@@ -266,42 +265,85 @@ def _read_sheet(sheet: Sheet, path: str | Path, options: _SheetOptions) -> PlanR
     textless = erase_texts(sheet, texts)
     # Dimension lines and grids are known before the network sees them
     plain = erase_grid(erase_dimension_lines(sheet, texts))
-    measured = find_scale(plain, textless, texts, resolution=options.resolution, networks=networks)
-    # Symbols are matched with templates and removed; the network sees the text, as in its training
+    measured = find_scale(plain, textless, texts, resolution=options.resolution, networks=options.networks)
+    # So are legends and frames, which stand beside the building
     parts = find_parts(sheet.ink, door_px=measured.door_px)
     boxes = find_boxes(parts, texts, [swing.sweep().mean(axis=0) for swing in measured.swings])
     plain = erase_boxes(plain, parts, boxes)
+    # Symbols are matched with templates and removed; the network sees the text, as in its training
     placed = find_symbols(textless, door_px=measured.drawn_door_px, templates=templates if options.with_symbols else ())
-    class_map = segment_sheet(remove_symbols(plain.colors, placed), door_px=measured.door_px, networks=networks)
-    swings = measured.swings if options.with_symbols else ()
-    drawn_doors = sheet.doors if len(sheet.doors) else sheet.unnamed_doors
-    doors = find_doors(class_map, swings, placed, drawn_doors) if options.with_symbols else PlanDoors()
-    if sheet.walls is not None:
-        class_map = use_named_walls(class_map, sheet.walls)
-    # The gaps of doors are closed, walls thinned to lines, and the layout method finds the rooms between them
-    floors: list[Floor] = []
-    if has_walls(class_map):
-        floor_map = draw_floor_map(
-            class_map,
-            doors.closed,
-            sheet_shape=sheet.shape,
-            resolution=measured.scale.resolution,
-            sweeps=[swing.sweep() for swing in swings],
-        )
-        floors = reconstruct_sheet_floors(floor_map, doors, method=options.method, source=sheet.source)
-    floors, no_rooms = leave_out(floors, parts, texts, height=sheet.shape[0])
-    _check_floors(floors, path)
-    spaces = measure_spaces(floors, class_map, texts, height=sheet.shape[0])
-    scale = refine_scale(measured, sheet, textless, spaces, texts)
-    at_home = home_probability(spaces, texts) > 0.5
+    plain = replace(plain, colors=remove_symbols(plain.colors, placed))
+    # The rooms show the scale; where it is another one than the network took, the network sees the sheet again
+    division = _divide_sheet(plain, measured, placed, options).leave_out(parts, texts)
+    scale, spaces = _measure_division(division, measured, (sheet, textless), texts)
+    door_px = scale_door_px(measured, scale, home_probability(spaces, texts), shape=sheet.shape)
+    if door_px is not None:
+        seen = replace(measured, scale=scale, door_px=door_px)
+        division = _divide_sheet(plain, seen, placed, options).leave_out(parts, texts)
+        scale, spaces = _measure_division(division, measured, (sheet, textless), texts)
+    _check_floors(division.floors, path)
     # With metres it is known what is too small for a room, and which openings are no passages
-    metres = scale.resolution
+    metres, at_home = scale.resolution, home_probability(spaces, texts) > 0.5
     in_metres = [
-        join_open_rooms(scale_floor(floor, metres, metres), sheet, class_map, resolution=metres, at_home=at_home)
-        for floor in floors
+        join_open_rooms(
+            scale_floor(floor, metres, metres), sheet, division.class_map, resolution=metres, at_home=at_home
+        )
+        for floor in division.floors
     ]
-    notes = (*sheet.notes, *_doubt_plan(floors, sheet), *describe_left_out([*boxes.values(), *no_rooms]))
+    left_out = describe_left_out([*boxes.values(), *division.no_rooms])
+    notes = (*sheet.notes, *_doubt_plan(division.floors, sheet), *left_out)
     return PlanReading(_name_rooms(in_metres, sheet, texts, scale), sheet, placed, sheet.px_per_unit, notes)
+
+
+@dataclass(frozen=True, eq=False)
+class _Division:
+    """The floors of a sheet, in its pixels, y up, and what the network sees.
+
+    height: of the sheet, pixels. no_rooms: what was left out, in words.
+    """
+
+    floors: Sequence[Floor]
+    class_map: ClassMap
+    height: int
+    no_rooms: Sequence[str] = ()
+
+    def leave_out(self, parts: SheetParts, texts: Sequence[PlacedText]) -> _Division:
+        """The division without false rooms that are no part of the building."""
+        floors, no_rooms = leave_out(self.floors, parts, texts, height=self.height)
+        return replace(self, floors=floors, no_rooms=no_rooms)
+
+
+def _divide_sheet(
+    plain: Sheet, measured: SheetScale, placed: Sequence[PlacedSymbol], options: _SheetOptions
+) -> _Division:
+    """The floors of a sheet without what is no wall. placed: the symbols that were removed from it."""
+    class_map = segment_sheet(plain.colors, door_px=measured.door_px, networks=options.networks)
+    swings = measured.swings if options.with_symbols else ()
+    drawn_doors = plain.doors if len(plain.doors) else plain.unnamed_doors
+    doors = find_doors(class_map, swings, placed, drawn_doors) if options.with_symbols else PlanDoors()
+    if plain.walls is not None:
+        class_map = use_named_walls(class_map, plain.walls)
+    if not has_walls(class_map):
+        return _Division([], class_map, plain.shape[0])
+    # The gaps of doors are closed, walls thinned to lines, and the layout method finds the rooms between them
+    floor_map = draw_floor_map(
+        class_map,
+        doors.closed,
+        sheet_shape=plain.shape,
+        resolution=measured.scale.resolution,
+        sweeps=[swing.sweep() for swing in swings],
+    )
+    floors = reconstruct_sheet_floors(floor_map, doors, method=options.method, source=plain.source)
+    return _Division(floors, class_map, plain.shape[0])
+
+
+def _measure_division(
+    division: _Division, measured: SheetScale, sheets: tuple[Sheet, Sheet], texts: Sequence[PlacedText]
+) -> tuple[PlanScale, list[Space]]:
+    """The scale by all evidence, and the floors of the rooms. sheets: the whole one, and the one without its texts."""
+    sheet, textless = sheets
+    spaces = measure_spaces(division.floors, division.class_map, texts, height=division.height)
+    return refine_scale(measured, sheet, textless, spaces, texts), spaces
 
 
 def _refuse_options(path: str | Path, options: Mapping[str, object]) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import log, sqrt
 
 from pianta.io._files import count_noun
 from pianta.io.drawings.pdf import INCH, PAPER_TOLERANCE, PAPERS, find_scaled_paper, find_written_scale, has_shape_of
@@ -16,6 +17,7 @@ from pianta.plan.scale.sheet_scale import PARAMETERS as SHEET_PARAMETERS
 from pianta.plan.scale.spaces import Space
 from pianta.plan.scale.stairs import find_flights, measure_stairs
 from pianta.plan.sheets.sheet import DOOR_WIDTH, PlacedText, PlanScale, Sheet
+from pianta.plan.walls.segmentation import DOOR_CELLS
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,6 +46,11 @@ class RefinedScaleParameters:
     # The network was trained on schools and offices; there its best size is right within 1.26 on the median plan
     network_sd: float = 0.35
     network_outlier_rate: float = 0.2
+    # The network sees a sheet again if it took doors for wider or narrower by a factor, unless the scale is too
+    # doubtful. It sees homes enlarged, since their walls are thin and their rooms small
+    home_share: float = 0.55  # of a door's pixels
+    again_factor: float = 1.4
+    again_area_factor: float = 2.5
 
 
 PARAMETERS = RefinedScaleParameters()
@@ -79,6 +86,19 @@ def refine_scale(
         wide_interval=combined.wide,
         is_look=not sources,
     )
+
+
+def scale_door_px(measured: SheetScale, scale: PlanScale, at_home: float, *, shape: tuple[int, int]) -> float | None:
+    """Pixels of a door for the network, by the scale of all evidence; None if it need not see the sheet again.
+
+    at_home: probability that the sheet shows a home. shape: of the sheet, pixels.
+    """
+    p = PARAMETERS
+    least = DOOR_CELLS * sqrt(shape[0] * shape[1] / SHEET_PARAMETERS.max_cells)
+    door_px = max(DOOR_WIDTH / scale.resolution * p.home_share**at_home, least)
+    is_known = not scale.is_look and scale.area_factor <= p.again_area_factor
+    is_other = abs(log(door_px / measured.door_px)) > log(p.again_factor)
+    return door_px if is_known and is_other else None
 
 
 def _list_sheet_evidence(measured: SheetScale, at_home: float) -> list[ScaleEvidence]:
