@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from shapely import LineString, box
 
-from pianta.floor import Room
-from pianta.plan.doors.lines import find_doors, find_network_doors, join_rooms
+from pianta.floor import Door, Floor, Room
+from pianta.plan.doors.lines import drop_narrow_doors, find_doors, find_network_doors, join_rooms
 from pianta.plan.doors.swings import Swing
 from pianta.plan.symbols.drawings import SymbolKind
 from pianta.plan.symbols.poses import PlacedSymbol
@@ -226,3 +226,9 @@ def test_a_line_drawn_beside_the_wall_joins_the_rooms_of_the_wall(offset, rooms)
 
 def test_a_line_without_length_is_no_door():
     assert join_rooms(ROOMS, [LineString([(4.1, 1), (4.1, 1)])]) == []
+
+
+def test_doors_that_nobody_can_pass_are_none():
+    lines = [LineString([(4.1, y), (4.1, y + length)]) for y, length in ((0.5, 0.29), (1.5, 0.31), (2.5, 0.9))]
+    doors = tuple(Door((1, 2), line, line.length) for line in lines)
+    assert drop_narrow_doors(Floor(ROOMS, doors)).doors == doors[1:]

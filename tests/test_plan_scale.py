@@ -1,5 +1,6 @@
 """The scale of a plan by all its evidence: what agrees counts, nonsense does not, and errors are described."""
 
+from dataclasses import replace
 from math import log, sqrt
 from typing import Any
 
@@ -15,7 +16,7 @@ from pianta.plan.doors.swings import DoorWidth
 from pianta.plan.scale.dimension_lines import list_dimension_lines, measure_dimension_lines
 from pianta.plan.scale.evidence import Measure, ScaleEvidence, combine_evidence
 from pianta.plan.scale.known_rooms import find_known_rooms
-from pianta.plan.scale.refined_scale import _by_written_scale, refine_scale
+from pianta.plan.scale.refined_scale import _by_written_scale, refine_scale, scale_door_px
 from pianta.plan.scale.sheet_scale import LOOK, SheetScale
 from pianta.plan.scale.spaces import PARAMETERS, measure_spaces
 from pianta.plan.sheets.sheet import PlacedText, PlanScale, Sheet
@@ -147,12 +148,8 @@ def test_the_floor_of_a_room_ends_at_the_faces_of_its_walls():
     assert [[text.text for text in space.texts] for space in spaces] == [["one"], []]
 
 
-def refine(*texts: PlacedText, ink: np.ndarray | None = None, **measured: Any) -> PlanScale:
-    """The scale of the sheet with the two rooms; doors of 40 pixels by the network alone."""
-    colors = np.full((*SHAPE, 3), 255, np.uint8)
-    if ink is not None:
-        colors[ink] = 0
-    sheet = Sheet(colors)
+def measured_scale(**measured: Any) -> SheetScale:
+    """Doors of 40 pixels by the network alone."""
     first: dict[str, Any] = {
         "scale": PlanScale(0.0225, LOOK, 0.3),
         "is_stated": False,
@@ -163,9 +160,18 @@ def refine(*texts: PlacedText, ink: np.ndarray | None = None, **measured: Any) -
         "door_px": 40.0,
         "drawn_door_px": 40.0,
     }
+    return SheetScale(**(first | measured))
+
+
+def refine(*texts: PlacedText, ink: np.ndarray | None = None, **measured: Any) -> PlanScale:
+    """The scale of the sheet with the two rooms; doors of 40 pixels by the network alone."""
+    colors = np.full((*SHAPE, 3), 255, np.uint8)
+    if ink is not None:
+        colors[ink] = 0
+    sheet = Sheet(colors)
     floors, class_map = two_rooms()
     spaces = measure_spaces(floors, class_map, texts, height=SHAPE[0])
-    return refine_scale(SheetScale(**(first | measured)), sheet, sheet, spaces, texts)
+    return refine_scale(measured_scale(**measured), sheet, sheet, spaces, texts)
 
 
 @pytest.mark.parametrize(
@@ -311,3 +317,25 @@ def test_a_written_scale_holds_on_the_paper(text, shape, px_per_inch, inches, ou
 def test_pixels_per_inch_of_screens_say_nothing(px_per_inch):
     sheet = Sheet(np.full((800, 1600, 3), 255, np.uint8), px_per_inch=px_per_inch)
     assert _by_written_scale(sheet, [placed("1:100", 30, 200)]) is None
+
+
+@pytest.mark.parametrize(
+    ("resolution", "at_home", "door_px"),
+    [
+        # Doors have 0.9 m / 0.01 m = 90 pixels, of which 55 % are 49.5: near the 40 that the network took
+        (0.01, 1.0, None),
+        # 0.55 · 0.9 m / 0.02 m
+        (0.02, 1.0, 24.75),
+        (0.02, 0.4, None),
+    ],
+)
+def test_a_home_that_was_seen_at_another_scale_is_seen_again(resolution, at_home, door_px):
+    scale = PlanScale(resolution, "areas written in 4 rooms", 0.9, wide_interval=(0.9 * resolution, 1.1 * resolution))
+    assert scale_door_px(measured_scale(), scale, at_home, shape=SHAPE) == pytest.approx(door_px)
+
+
+def test_a_doubtful_or_stated_scale_is_no_reason_to_see_a_home_again():
+    scale = PlanScale(0.02, "areas written in 4 rooms", 0.9, wide_interval=(0.018, 0.022))
+    assert scale_door_px(measured_scale(is_stated=True), scale, 1.0, shape=SHAPE) is None
+    for doubtful in ({"is_look": True}, {"wide_interval": (0.01, 0.04)}):
+        assert scale_door_px(measured_scale(), replace(scale, **doubtful), 1.0, shape=SHAPE) is None

@@ -22,7 +22,7 @@ from pianta.io.drawings.svg import read_svg_plan
 from pianta.io.drawings.sweethome3d import read_sweethome3d
 from pianta.io.images import Source, path_of
 from pianta.layout.reconstruct import DEFAULT_METHOD, check_method
-from pianta.plan.doors.lines import PlanDoors, find_doors
+from pianta.plan.doors.lines import PlanDoors, drop_narrow_doors, find_doors
 from pianta.plan.drawn_rooms.floors import read_drawn_floors
 from pianta.plan.drawn_rooms.layers import describe_layers, forget_walls
 from pianta.plan.scale.refined_scale import refine_scale, scale_door_px
@@ -38,7 +38,7 @@ from pianta.plan.sheets.no_rooms import leave_out
 from pianta.plan.sheets.open_rooms import join_open_rooms
 from pianta.plan.sheets.open_sheet import open_sheet
 from pianta.plan.sheets.parts import SheetParts, find_parts
-from pianta.plan.sheets.sheet import PlacedText, PlanScale, Sheet
+from pianta.plan.sheets.sheet import DOOR_WIDTH, PlacedText, PlanScale, Sheet
 from pianta.plan.symbols.detection import find_symbols, remove_symbols
 from pianta.plan.symbols.poses import PlacedSymbol
 from pianta.plan.symbols.templates import builtin_templates, read_symbol_folder
@@ -278,7 +278,7 @@ def _read_sheet(sheet: Sheet, path: str | Path, options: _SheetOptions) -> PlanR
     scale, spaces = _measure_division(division, measured, (sheet, textless), texts)
     door_px = scale_door_px(measured, scale, home_probability(spaces, texts), shape=sheet.shape)
     if door_px is not None:
-        seen = replace(measured, scale=scale, door_px=door_px)
+        seen = replace(measured, scale=replace(scale, resolution=DOOR_WIDTH / door_px), door_px=door_px)
         division = _divide_sheet(plain, seen, placed, options).leave_out(parts, texts)
         scale, spaces = _measure_division(division, measured, (sheet, textless), texts)
     _check_floors(division.floors, path)
@@ -290,6 +290,8 @@ def _read_sheet(sheet: Sheet, path: str | Path, options: _SheetOptions) -> PlanR
         )
         for floor in division.floors
     ]
+    if not scale.is_look:
+        in_metres = [drop_narrow_doors(floor) for floor in in_metres]
     left_out = describe_left_out([*boxes.values(), *division.no_rooms])
     notes = (*sheet.notes, *_doubt_plan(division.floors, sheet), *left_out)
     return PlanReading(_name_rooms(in_metres, sheet, texts, scale), sheet, placed, sheet.px_per_unit, notes)

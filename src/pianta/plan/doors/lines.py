@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import shapely
@@ -11,7 +11,7 @@ from scipy import ndimage
 from shapely import LineString, Point, STRtree
 
 from pianta._types import Floats, Mask
-from pianta.floor import Door, Room
+from pianta.floor import Door, Floor, Room
 from pianta.plan.doors.swings import PARAMETERS as SWING_PARAMETERS
 from pianta.plan.doors.swings import Swing, consensus_door_width
 from pianta.plan.symbols.poses import PlacedSymbol
@@ -38,6 +38,7 @@ class DoorParameters:
     same_door_distance: float = 0.75  # between middles, in widths of the wider door: nearer ones are the same
     probe_distances: tuple[float, ...] = (0.2, 0.4, 0.7, 1.0)  # m beside a door, where its rooms are looked for
     max_wall_offset: float = 0.7  # m between a door's line and its wall
+    narrowest: float = 0.3  # m of a door or an opening: nobody passes narrower ones; hatches of walls look like such
 
 
 PARAMETERS = DoorParameters()
@@ -190,6 +191,11 @@ def join_rooms(rooms: Sequence[Room], lines: Sequence[LineString]) -> list[Door]
         if within and len(set(joined)) == 2:
             doors.append(Door((within[0], within[1] if len(within) == 2 else None), line, line.length))
     return doors
+
+
+def drop_narrow_doors(floor: Floor) -> Floor:
+    """The floor, in metres, without doors and openings that nobody can pass."""
+    return replace(floor, doors=tuple(door for door in floor.doors if door.width >= PARAMETERS.narrowest))
 
 
 def _room_beside(line: LineString, distance: float, rooms: Sequence[Room], tree: STRtree) -> int | None:

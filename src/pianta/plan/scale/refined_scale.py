@@ -46,11 +46,12 @@ class RefinedScaleParameters:
     # The network was trained on schools and offices; there its best size is right within 1.26 on the median plan
     network_sd: float = 0.35
     network_outlier_rate: float = 0.2
-    # The network sees a sheet again if it took doors for wider or narrower by a factor, unless the scale is too
-    # doubtful. It sees homes enlarged, since their walls are thin and their rooms small
+    # The network sees a home again if it took doors for wider or narrower by a factor, unless the scale is doubtful.
+    # It sees homes enlarged, since their walls are thin and their rooms small
     home_share: float = 0.55  # of a door's pixels
     again_factor: float = 1.4
     again_area_factor: float = 2.5
+    again_at_home: float = 0.5
 
 
 PARAMETERS = RefinedScaleParameters()
@@ -89,16 +90,17 @@ def refine_scale(
 
 
 def scale_door_px(measured: SheetScale, scale: PlanScale, at_home: float, *, shape: tuple[int, int]) -> float | None:
-    """Pixels of a door for the network, by the scale of all evidence; None if it need not see the sheet again.
+    """Pixels of a door for the network to see a home at its size; None if it need not see the sheet again.
 
     at_home: probability that the sheet shows a home. shape: of the sheet, pixels.
     """
     p = PARAMETERS
     least = DOOR_CELLS * sqrt(shape[0] * shape[1] / SHEET_PARAMETERS.max_cells)
-    door_px = max(DOOR_WIDTH / scale.resolution * p.home_share**at_home, least)
-    is_known = not scale.is_look and scale.area_factor <= p.again_area_factor
+    door_px = max(p.home_share * DOOR_WIDTH / scale.resolution, least)
+    # For a stated scale all sizes near it were tried
+    is_known = not (measured.is_stated or scale.is_look) and scale.area_factor <= p.again_area_factor
     is_other = abs(log(door_px / measured.door_px)) > log(p.again_factor)
-    return door_px if is_known and is_other else None
+    return door_px if at_home > p.again_at_home and is_known and is_other else None
 
 
 def _list_sheet_evidence(measured: SheetScale, at_home: float) -> list[ScaleEvidence]:
