@@ -8,15 +8,18 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.ndimage import binary_dilation
 
+from pianta.plan.walls import segmentation
 from pianta.plan.walls.segmentation import (
     BLOCK,
     DOOR,
     INSIDE,
     NETWORKS,
     OUTSIDE,
+    TILE,
     TRAINED_ON,
     WALL,
     ClassMap,
+    _list_tiles,
     has_walls,
     input_layers,
     mean_entropy,
@@ -166,3 +169,26 @@ def test_a_building_is_evaluated_by_networks_that_were_not_trained_on_it():
 
 def test_the_classes_are_in_the_order_of_the_network():
     assert (INSIDE, WALL, DOOR, OUTSIDE) == (0, 1, 2, 3)
+
+
+@given(blocks=st.integers(1, 300))
+def test_tiles_are_all_of_a_length_and_fit_the_network(blocks):
+    length = blocks * BLOCK
+    tiles = _list_tiles(length)
+    assert [tile.start for tile, _ in tiles] == [0, *(tile.stop for tile, _ in tiles[:-1])]
+    assert tiles[-1][0].stop == length
+    for tile, seen in tiles:
+        assert (seen.stop - seen.start) % BLOCK == 0
+        assert tile.stop - tile.start > 0
+        assert seen.stop - seen.start <= TILE
+
+
+@pytest.mark.slow
+def test_tiles_change_little(monkeypatch):
+    plan = draw_plan(make_corridor_floor(), px_per_metre=20.0)
+    whole = segment_sheet(plan.colors, door_px=18.0, networks=NETWORKS[:1]).probabilities
+    monkeypatch.setattr(segmentation, "TILE", 224)
+    monkeypatch.setattr(segmentation, "TILE_OVERLAP", 64)
+    tiled = segment_sheet(plan.colors, door_px=18.0, networks=NETWORKS[:1]).probabilities
+    # The network sees less of the building around a tile
+    assert (whole.argmax(axis=0) == tiled.argmax(axis=0)).mean() > 0.97

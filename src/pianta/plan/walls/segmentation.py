@@ -23,8 +23,11 @@ from pianta.plan.sheets.binarization import compare_to_paper, invert_if_dark, ma
 Probabilities = NDArray[np.float32]
 
 # The classes of the network, in its order
-INSIDE, WALL, DOOR, OUTSIDE = range(4)
+CLASSES = INSIDE, WALL, DOOR, OUTSIDE = range(4)
 DOOR_CELLS = 8.0  # cells across a door of 0.9 m, as the network was trained
+# Cells of a side that the network sees at once, multiples of BLOCK, since 1024 × 1024 take 0.6 GB
+TILE = 1024
+TILE_OVERLAP = 128  # cells around a part of a larger sheet that the network sees, too
 BLOCK = 32  # cells: the network takes multiples, since it halves its input five times
 MIN_WALL_RATIO = 0.015  # cells of wall per cell of the inside: photos and noise have fewer. Chosen by hand
 NETWORKS = ("plan_regions_0.onnx", "plan_regions_1.onnx")
@@ -53,12 +56,38 @@ def segment_sheet(colors: Colors, *, door_px: float, networks: Sequence[str] = N
     layers = input_layers(colors, cell_px=cell)
     height, width = layers.shape[1:]
     padded = np.pad(layers, ((0, 0), (0, -height % BLOCK), (0, -width % BLOCK)), mode="edge")[None]
-    outputs = []
-    for name in networks:
-        network = _read_network(name)
-        network.setInput(padded)
-        outputs.append(np.asarray(network.forward())[0, :, :height, :width])
+    outputs = [_run(_read_network(name), padded)[:, :height, :width] for name in networks]
     return ClassMap(np.mean(outputs, axis=0), cell)
+
+
+def _run(network: cv2.dnn.Net, layers: Probabilities) -> Probabilities:
+    """What a network gives for layers, shape (1, 4, h, w): of large sheets tile by tile, for their memory."""
+    height, width = layers.shape[2:]
+    result = np.empty((len(CLASSES), height, width), np.float32)
+    for rows, seen_rows in _list_tiles(height):
+        for cols, seen_cols in _list_tiles(width):
+            network.setInput(np.ascontiguousarray(layers[:, :, seen_rows, seen_cols]))
+            inner = (
+                slice(rows.start - seen_rows.start, rows.stop - seen_rows.start),
+                slice(cols.start - seen_cols.start, cols.stop - seen_cols.start),
+            )
+            result[:, rows, cols] = network.forward()[0][:, *inner]
+    return result
+
+
+def _list_tiles(length: int) -> list[tuple[slice, slice]]:
+    """Parts of a length, cells, and what the network sees of each: the part and TILE_OVERLAP cells around it."""
+    if length <= TILE:
+        return [(slice(0, length), slice(0, length))]
+    step = TILE - 2 * TILE_OVERLAP
+    starts = range(0, length - 2 * TILE_OVERLAP, step)
+    ends = [min(start + step + TILE_OVERLAP, length) for start in starts]
+    ends[-1] = length
+    begins = [0, *ends[:-1]]
+    return [
+        (slice(begin, end), slice(max(0, begin - TILE_OVERLAP), min(length, end + TILE_OVERLAP)))
+        for begin, end in zip(begins, ends, strict=True)
+    ]
 
 
 def mean_entropy(class_map: ClassMap) -> float:
