@@ -10,7 +10,6 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache
 
 import cv2
 import numpy as np
@@ -25,9 +24,9 @@ Probabilities = NDArray[np.float32]
 # The classes of the network, in its order
 CLASSES = INSIDE, WALL, DOOR, OUTSIDE = range(4)
 DOOR_CELLS = 8.0  # cells across a door of 0.9 m, as the network was trained
-# Cells of a side that the network sees at once, multiples of BLOCK, since 1024 × 1024 take 0.6 GB
-TILE = 1024
-TILE_OVERLAP = 128  # cells around a part of a larger sheet that the network sees, too
+# Cells of a side that the network sees at once, multiples of BLOCK, since 768 × 768 take 0.4 GB
+TILE = 768
+TILE_OVERLAP = 96  # cells around a part of a larger sheet that the network sees, too
 BLOCK = 32  # cells: the network takes multiples, since it halves its input five times
 MIN_WALL_RATIO = 0.015  # cells of wall per cell of the inside: photos and noise have fewer. Chosen by hand
 NETWORKS = ("plan_regions_0.onnx", "plan_regions_1.onnx")
@@ -137,7 +136,7 @@ def networks_without(building: str) -> tuple[str, ...]:
     return tuple(name for name in NETWORKS if building not in trained_on[name])
 
 
-@cache
 def _read_network(name: str) -> cv2.dnn.Net:
+    """A network, which keeps the memory of its largest input as long as it is there; reading it takes a moment."""
     content = (MODELS / name).read_bytes()
     return cv2.dnn.readNetFromONNX(np.frombuffer(content, np.uint8))
