@@ -48,8 +48,8 @@ class RefinedScaleParameters:
     network_outlier_rate: float = 0.2
     # The network sees a home again if it took doors for wider or narrower by a factor, unless the scale is doubtful.
     # It sees homes enlarged, since their walls are thin and their rooms small
-    home_share: float = 0.55  # of a door's pixels
-    again_factor: float = 1.4
+    home_share: float = 0.4  # of a door's pixels
+    again_factor: float = 1.6
     again_area_factor: float = 2.5
     again_at_home: float = 0.5
 
