@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import onnx
 import torch
 from torch import nn
@@ -73,20 +74,7 @@ def read_onnx(network: UNet, path: Path, layers: torch.Tensor) -> None:
 
     layers: shape (N, inputs, H, W), of lessons. The file has no batch normalisation: its statistics are those of these.
     """
-    graph = onnx.load(str(path)).graph
-    values = {each.name: torch.from_numpy(onnx.numpy_helper.to_array(each).copy()) for each in graph.initializer}
-    written = [[values[name] for name in node.input[1:3]] for node in graph.node if node.op_type == "Conv"]
-    enlarged_first = {
-        conv.input[1]
-        for join in graph.node
-        for conv in graph.node
-        if join.op_type == "Concat" and "Resize" in join.input[0] and conv.input and conv.input[0] == join.output[0]
-    }
-    for name in enlarged_first:
-        # Older files have what comes from below first
-        weight = values[name]
-        beside = weight.shape[0]
-        weight.copy_(torch.cat([weight[:, -beside:], weight[:, :-beside]], 1))
+    written = [[tensor(each) for each in pair] for pair in list_convolutions(onnx.load(str(path)))]
     blocks = [*network.down, *reversed(network.up)]
     convolutions = [layer for block in blocks for layer in block if isinstance(layer, nn.Conv2d)]
     norms = [layer for block in blocks for layer in block if isinstance(layer, nn.BatchNorm2d)]
@@ -112,3 +100,39 @@ def read_onnx(network: UNet, path: Path, layers: torch.Tensor) -> None:
         for hook in hooks:
             hook.remove()
         network.train()
+
+
+def average_onnx(path: Path, start: Path, share: float) -> None:
+    """Replace the weights in a file by their mean with those of the file from which training started.
+
+    share: of the weights in the first file, 0 … 1 (Wortsman et al., Robust fine-tuning of zero-shot models, 2022).
+    """
+    model = onnx.load(str(path))
+    pairs = zip(list_convolutions(model), list_convolutions(onnx.load(str(start))), strict=True)
+    for own, other in (each for pair in pairs for each in zip(*pair, strict=True)):
+        mean = share * tensor(own) + (1 - share) * tensor(other)
+        own.CopyFrom(onnx.numpy_helper.from_array(mean.numpy(), own.name))
+    onnx.save(model, str(path))
+
+
+def list_convolutions(model: onnx.ModelProto) -> list[list[onnx.TensorProto]]:
+    """Weight and bias of each convolution in the order in which it runs, with what is beside before what is below."""
+    graph = model.graph
+    values = {each.name: each for each in graph.initializer}
+    joins = {node.output[0]: node for node in graph.node if node.op_type == "Concat"}
+    convolutions = []
+    for node in (node for node in graph.node if node.op_type == "Conv"):
+        weight, bias = (values[name] for name in node.input[1:3])
+        join = joins.get(node.input[0])
+        if join is not None and "Resize" in join.input[0]:
+            # Older files have what comes from below first
+            old = onnx.numpy_helper.to_array(weight)
+            swapped = np.concatenate([old[:, -len(old) :], old[:, : -len(old)]], axis=1)
+            weight.CopyFrom(onnx.numpy_helper.from_array(swapped, weight.name))
+        convolutions.append([weight, bias])
+    return convolutions
+
+
+def tensor(written: onnx.TensorProto) -> torch.Tensor:
+    """The values of an array in a file."""
+    return torch.from_numpy(onnx.numpy_helper.to_array(written).copy())
