@@ -43,10 +43,10 @@ DOOR_REACH = 0.6  # widths of a door from its middle
 
 @dataclass(frozen=True)
 class Score:
-    """Counts of a plan. found: rooms without a flag."""
+    """Counts of a plan. found_rooms: rooms without a flag."""
 
     rooms: int
-    found: int
+    found_rooms: int
     right: int
     doors: int
     found_doors: int
@@ -55,7 +55,7 @@ class Score:
     right_names: int
 
     def __str__(self) -> str:
-        rooms = f"rooms {self.right}/{self.rooms}, {self.found - self.right} false"
+        rooms = f"rooms {self.right}/{self.rooms}, {self.found_rooms - self.right} false"
         doors = f"doors {self.right_doors}/{self.doors}, {self.found_doors - self.right_doors} false"
         return f"{rooms}; {doors}; names {self.right_names}/{self.names}"
 
@@ -76,8 +76,8 @@ def main() -> None:
         scores.setdefault(truth[name]["kind"], []).append(score)
         sys.stdout.write(f"{name:24} {score}\n")
         sys.stdout.flush()
-    for kind, own in scores.items():
-        print_kind(kind, own)
+    for plan_kind, own in scores.items():
+        print_kind(plan_kind, own)
     print_kind("all", [score for own in scores.values() for score in own])
 
 
@@ -86,14 +86,14 @@ def score_reading(reading: PlanReading, truth: dict[str, Any]) -> Score:
     rooms, names, doors = [], [], []
     for each in reading.floors:
 
-        def place(line: LineString | LinearRing, each: PlanFloor = each) -> np.ndarray:
+        def to_pixels(line: LineString | LinearRing, each: PlanFloor = each) -> np.ndarray:
             return np.column_stack(each.grid.map_to_pixel(*get_coordinates(line).T))
 
         for room in correct_spelling(each.floor, read_default_room_name_dictionary(), read_home_dictionary()):
             if room.flag not in {"outside", "attic", "roof"}:
-                rooms.append(Polygon(place(room.polygon.exterior)).buffer(0))
+                rooms.append(Polygon(to_pixels(room.polygon.exterior)).buffer(0))
                 names.append(" ".join(filter(None, (room.number, room.name))))
-        doors += [place(door.line).mean(axis=0) for door in each.floor.doors if door.kind == "door"]
+        doors += [to_pixels(door.line).mean(axis=0) for door in each.floor.doors if door.kind == "door"]
     true_rooms = [Polygon(room["outline"]).buffer(0) for room in truth["rooms"]]
     shares = [[iou(one, other) for other in rooms] for one in true_rooms]
     overlaps = np.array(shares).reshape(len(true_rooms), len(rooms))
@@ -127,7 +127,7 @@ def plain(name: str) -> str:
     return "".join(filter(str.isalnum, name.casefold()))
 
 
-def print_kind(kind: str, scores: Sequence[Score]) -> None:
+def print_kind(plan_kind: str, scores: Sequence[Score]) -> None:
     """Print the shares of a kind of plans, of all their rooms and doors together, and the mean of the plans."""
     total = Score(*np.sum([list(vars(score).values()) for score in scores], axis=0).tolist())
     per_plan = np.array([100 * score.right / score.rooms for score in scores])
@@ -135,9 +135,9 @@ def print_kind(kind: str, scores: Sequence[Score]) -> None:
     recall = total.right_doors / max(total.doors, 1)
     f1 = 2 * precision * recall / max(precision + recall, 1e-9)
     sys.stdout.write(
-        f"{kind} ({len(scores)}): rooms right {100 * total.right / total.rooms:.0f} % "
-        f"(mean of plans {per_plan.mean():.0f} ± {per_plan.std():.0f}), {total.found - total.right} false of "
-        f"{total.found}; doors precision {100 * precision:.0f}, recall {100 * recall:.0f}, F1 {100 * f1:.0f} %; "
+        f"{plan_kind} ({len(scores)}): rooms right {100 * total.right / total.rooms:.0f} % "
+        f"(mean of plans {per_plan.mean():.0f} ± {per_plan.std():.0f}), {total.found_rooms - total.right} false of "
+        f"{total.found_rooms}; doors precision {100 * precision:.0f}, recall {100 * recall:.0f}, F1 {100 * f1:.0f} %; "
         f"names right {100 * total.right_names / max(total.names, 1):.0f} % of {total.names}\n"
     )
 

@@ -1,4 +1,4 @@
-"""Doubtful areas are marked or left out wherever people look; those of a map stay as they are."""
+"""Doubtful areas are marked or left out where people look; those of a map stay as they are."""
 
 import csv
 import json
@@ -115,8 +115,8 @@ def test_only_the_rough_storeys_of_a_table_are_marked(tmp_path):
 )
 def test_drawings_mark_areas_and_the_scale_bar(tmp_path, trust, areas, bar):
     pianta.convert(pianta.Building((pianta.Storey(FLOOR, area_trust=trust),)), tmp_path / "floor.svg", to="svg")
-    drawn = (tmp_path / "floor.svg").read_text(encoding="utf-8")
-    assert all(f">{text}</text>" in drawn for text in [*areas, bar])
+    svg = (tmp_path / "floor.svg").read_text(encoding="utf-8")
+    assert all(f">{text}</text>" in svg for text in [*areas, bar])
 
 
 @pytest.mark.parametrize(("trust", "text"), [(AreaTrust.EXACT, "2 m"), (AreaTrust.ROUGH, "≈ 2 m")])
@@ -128,7 +128,7 @@ def test_the_scale_bar_of_a_picture_has_a_mark(trust, text):
 
 
 @pytest.mark.parametrize("width", [2, 8])
-def test_a_picture_without_scale_says_why(width):
+def test_a_picture_without_scale_has_the_reason(width):
     """In as many lines as fit, and without a bar."""
     figure = Figure(figsize=(width, 8), dpi=200)
     ax = figure.add_axes((0, 0, 1, 1), xlim=(0, width), ylim=(0, 8))

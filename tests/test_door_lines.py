@@ -228,7 +228,7 @@ def test_a_line_without_length_is_no_door():
     assert join_rooms(ROOMS, [LineString([(4.1, 1), (4.1, 1)])]) == []
 
 
-def test_doors_that_nobody_can_pass_are_none():
+def test_doors_that_are_too_narrow_for_people_are_left_out():
     lines = [LineString([(4.1, y), (4.1, y + length)]) for y, length in ((0.5, 0.29), (1.5, 0.31), (2.5, 0.9))]
     doors = tuple(Door((1, 2), line, line.length) for line in lines)
     assert drop_narrow_doors(Floor(ROOMS, doors)).doors == doors[1:]

@@ -83,7 +83,7 @@ def test_outer_walls_of_a_building_that_fills_the_sheet_are_no_frame():
 
 
 @pytest.mark.parametrize(
-    ("lines", "kind"),
+    ("lines", "name"),
     [
         (LINES, "box of text"),
         (("LEGEND", "Fire extinguisher", "Escape route", "First aid kit, you are here"), "legend"),
@@ -94,9 +94,9 @@ def test_outer_walls_of_a_building_that_fills_the_sheet_are_no_frame():
     ],
     ids=["notes", "legend by heading", "legend by keys", "title block", "two lines", "a room"],
 )
-def test_what_is_written_in_a_box_says_what_it_is(lines, kind):
+def test_boxes_are_named_by_what_is_written_in_them(lines, name):
     parts = find_parts(draw_sheet(BUILDING, BOX).ink, door_px=DOOR_PX)
-    assert find_boxes(parts, write_lines(*lines)) == ({2: kind} if kind else {})
+    assert find_boxes(parts, write_lines(*lines)) == ({2: name} if name else {})
 
 
 def test_names_in_the_rooms_of_a_second_building_are_no_list():
@@ -154,25 +154,25 @@ def leave_out_of(floor: Floor, sheet: Sheet, texts=()) -> tuple[list[Floor], lis
 
 
 def test_a_box_of_text_that_touches_the_building_is_no_room():
-    drawn = [(40, 60, 190, 200), (190, 60, 340, 200), (340, 60, 500, 200)]
+    sheet_plan = [(40, 60, 190, 200), (190, 60, 340, 200), (340, 60, 500, 200)]
     lines = write_lines(*LINES, *LINES, left=350, top=62)
-    rooms = [room_of(1, drawn[2]), room_of(2, drawn[0]), room_of(3, drawn[1])]
+    rooms = [room_of(1, sheet_plan[2]), room_of(2, sheet_plan[0]), room_of(3, sheet_plan[1])]
     floor = Floor(tuple(rooms), (join(2, 3, 190, 260),))
-    (left,), kinds = leave_out_of(floor, draw_sheet(*drawn), lines)
+    (left,), kinds = leave_out_of(floor, draw_sheet(*sheet_plan), lines)
     assert kinds == ["box of text"]
     assert [(room.id, room.polygon.bounds[0]) for room in left] == [(1, 43), (2, 193)]
     assert [door.rooms for door in left.doors] == [(1, 2)]
 
 
 def test_a_room_with_a_door_is_no_box_of_text():
-    drawn = [(40, 60, 340, 200), (340, 60, 500, 200)]
-    floor = Floor((room_of(1, drawn[0]), room_of(2, drawn[1])), (join(1, 2, 340, 260),))
-    assert leave_out_of(floor, draw_sheet(*drawn), write_lines(*LINES, *LINES, left=350, top=62)) == ([floor], [])
+    sheet_plan = [(40, 60, 340, 200), (340, 60, 500, 200)]
+    floor = Floor((room_of(1, sheet_plan[0]), room_of(2, sheet_plan[1])), (join(1, 2, 340, 260),))
+    assert leave_out_of(floor, draw_sheet(*sheet_plan), write_lines(*LINES, *LINES, left=350, top=62)) == ([floor], [])
 
 
 def test_small_rectangles_beside_a_building_with_doors_are_a_site_plan():
     large, small = divide(columns=2, rows=2), divide(columns=3, rows=2, rectangle=(420, 100, 520, 160))
-    rooms = [room_of(number, drawn) for number, drawn in enumerate([*large, *small], start=1)]
+    rooms = [room_of(number, sheet_plan) for number, sheet_plan in enumerate([*large, *small], start=1)]
     doors = join(1, 2, 190, 260), join(3, 4, 190, 100), join(1, 3, 100, 200)
     sheet = draw_sheet(*large, *small)
     (left,), kinds = leave_out_of(Floor(tuple(rooms), doors), sheet)
@@ -188,15 +188,15 @@ def test_all_that_is_drawn_is_not_left_out():
 
 def test_a_room_that_no_lines_enclose_is_outside():
     large = divide(columns=3, rows=2)
-    rooms = [room_of(number, drawn) for number, drawn in enumerate(large, start=1)]
+    rooms = [room_of(number, sheet_plan) for number, sheet_plan in enumerate(large, start=1)]
     beside = Room(7, box(345, 100, 500, 300))
     (flagged,), kinds = leave_out_of(Floor((*rooms, beside)), draw_sheet(*large))
     assert kinds == []
     assert [room.flag for room in flagged] == [None] * 6 + [OUTSIDE_FLAG]
     # A name and a door make it a room
     named = [write("Terrace", 380, 200)]
-    (kept,), _ = leave_out_of(Floor((*rooms, beside)), draw_sheet(*large), named)
-    assert kept[7].flag is None
+    (remaining,), _ = leave_out_of(Floor((*rooms, beside)), draw_sheet(*large), named)
+    assert remaining[7].flag is None
     (joined,), _ = leave_out_of(Floor((*rooms, beside), (join(3, 7, 340, 250),)), draw_sheet(*large))
     assert joined[7].flag is None
 

@@ -84,7 +84,7 @@ def test_pictures_without_lines_or_of_odd_shapes_are_left_as_they_are(shape):
     assert straighten(np.full((*shape, 3), 255, np.uint8)) is None
 
 
-def test_the_note_says_which_sheet_the_results_fit(tmp_path):
+def test_the_note_names_the_sheet_that_the_results_fit(tmp_path):
     photo, _ = photograph(PLAN.colors, FROM_BELOW, table=True)
     cv2.imwrite(str(tmp_path / "photo.png"), photo[..., ::-1])
     reading = read_plan(tmp_path / "photo.png", with_text=False)

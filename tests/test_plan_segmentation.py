@@ -177,18 +177,18 @@ def test_tiles_are_all_of_a_length_and_fit_the_network(blocks):
     tiles = _list_tiles(length)
     assert [tile.start for tile, _ in tiles] == [0, *(tile.stop for tile, _ in tiles[:-1])]
     assert tiles[-1][0].stop == length
-    for tile, seen in tiles:
-        assert (seen.stop - seen.start) % BLOCK == 0
+    for tile, input_cells in tiles:
+        assert (input_cells.stop - input_cells.start) % BLOCK == 0
         assert tile.stop - tile.start > 0
-        assert seen.stop - seen.start <= TILE
+        assert input_cells.stop - input_cells.start <= TILE
 
 
 @pytest.mark.slow
 def test_tiles_change_little(monkeypatch):
     plan = draw_plan(make_corridor_floor(), px_per_metre=20.0)
-    whole = segment_sheet(plan.colors, door_px=18.0, networks=NETWORKS[:1]).probabilities
+    untiled = segment_sheet(plan.colors, door_px=18.0, networks=NETWORKS[:1]).probabilities
     monkeypatch.setattr(segmentation, "TILE", 224)
     monkeypatch.setattr(segmentation, "TILE_OVERLAP", 64)
     tiled = segment_sheet(plan.colors, door_px=18.0, networks=NETWORKS[:1]).probabilities
     # The network sees less of the building around a tile
-    assert (whole.argmax(axis=0) == tiled.argmax(axis=0)).mean() > 0.97
+    assert (untiled.argmax(axis=0) == tiled.argmax(axis=0)).mean() > 0.97

@@ -125,7 +125,7 @@ def test_tables_are_no_flights_but_a_direction_may_be_written_on_one():
     assert len(find(colors, text_at("UP", 130, 170))) == 1
 
 
-def test_flights_that_disagree_say_nothing():
+def test_flights_that_disagree_are_no_evidence():
     """Tiers of seats beside stairs."""
     stairs, tier = (Flight((0, 8 * pitch), (0, 40), pitch, 9) for pitch in (10.0, 30.0))
     assert measure_stairs([stairs, tier]) is None

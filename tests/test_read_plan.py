@@ -162,7 +162,7 @@ def test_two_floors_on_a_sheet_are_read_with_a_warning(tmp_path):
 
 
 @pytest.mark.slow
-def test_many_plans_on_a_sheet_are_told_as_such(tmp_path):
+def test_many_plans_on_a_sheet_give_a_warning(tmp_path):
     one = draw_plan(THREE, px_per_metre=25).colors
     padded = np.pad(one, ((60, 60), (60, 60), (0, 0)), constant_values=255)
     path = save(np.vstack([np.hstack([padded] * 2)] * 2), tmp_path)
@@ -174,13 +174,13 @@ def test_many_plans_on_a_sheet_are_told_as_such(tmp_path):
 def test_a_single_room_without_a_door_may_be_no_plan():
     room = Room(1, box(0, 0, 4, 4))
     picture = Sheet(np.full((9, 9, 3), 255, np.uint8))
-    (note,) = plan_reading._doubt_plan([Floor((room,))], picture)
+    (note,) = plan_reading._question_plan([Floor((room,))], picture)
     assert note.startswith("plan: a single room without a door")
     door = Door((1, None), LineString([(1, 0), (2, 0)]), 1.0)
-    assert plan_reading._doubt_plan([Floor((room,), (door,))], picture) == ()
-    assert plan_reading._doubt_plan([Floor((room, Room(2, box(4, 0, 8, 4))))], picture) == ()
+    assert plan_reading._question_plan([Floor((room,), (door,))], picture) == ()
+    assert plan_reading._question_plan([Floor((room, Room(2, box(4, 0, 8, 4))))], picture) == ()
     named = replace(picture, walls=np.zeros((9, 9), bool))
-    assert plan_reading._doubt_plan([Floor((room,))], named) == ()
+    assert plan_reading._question_plan([Floor((room,))], named) == ()
 
 
 def wash(height: int = 300, width: int = 400) -> Colors:
@@ -277,7 +277,7 @@ def test_names_in_rooms_and_in_a_legend_are_read(tmp_path, legend):
 
 
 @pytest.mark.slow
-def test_a_mirrored_plan_is_told_and_its_rooms_stay_where_they_are_drawn(tmp_path):
+def test_a_mirrored_plan_gives_a_warning_and_its_rooms_stay_where_they_are_drawn(tmp_path):
     pytest.importorskip("rapidocr", reason="pianta[plan] is not installed")
     texts = {2: "Main office", 3: "Library", 4: "Kitchen", 5: "Laboratory", 6: "Storage"}
     plan = draw_plan(FIVE, texts=texts, px_per_metre=40)

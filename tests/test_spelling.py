@@ -54,6 +54,6 @@ def test_other_names_stay(name: str) -> None:
     assert correct_name(name, list_vocabulary([name], WORDS)) == name
 
 
-def test_rooms_of_the_same_floor_show_which_spelling_is_meant() -> None:
+def test_rooms_of_the_same_floor_show_the_right_spelling() -> None:
     floor = make_floor("DORMITORIO 2", "DORMITÓRIO 1", None)
     assert names_of(correct_spelling(floor, *WORDS)) == ["DORMITÓRIO 2", "DORMITÓRIO 1", None]

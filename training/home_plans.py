@@ -277,17 +277,17 @@ def furnish(sheet: Sheet, floor: Floor, pen: Pen, rng: np.random.Generator) -> N
 
 def draw_details(sheet: Sheet, piece: Polygon, pen: Pen, rng: np.random.Generator) -> None:
     """Inner lines of a piece: a rim, a circle, a diagonal cross, or pillows."""
-    kind = int(rng.integers(4))
-    if kind == 0:
+    style = int(rng.integers(4))
+    if style == 0:
         sheet.outline(piece.buffer(-rng.uniform(0.05, 0.12), join_style="mitre"), *pen)
-    elif kind == 1:
+    elif style == 1:
         x, y = piece.centroid.coords[0]
         for _ in range(int(rng.integers(1, 4))):
             sheet.outline(Point(x, y).buffer(rng.uniform(0.06, 0.2)), *pen)
             x, y = x + rng.uniform(-0.25, 0.25), y + rng.uniform(-0.25, 0.25)
     else:
         corners = np.asarray(piece.exterior.coords)[:4, :2]
-        if kind == 2 and len(corners) == 4:
+        if style == 2 and len(corners) == 4:
             sheet.line(corners[[0, 2]], *pen)
             sheet.line(corners[[1, 3]], *pen)
         else:
@@ -374,11 +374,11 @@ def draw_walls(
 ) -> None:
     """Walls with gaps, windows, and railings of balconies."""
     body = footprint.difference(unary_union([room.polygon for room in floor]))
-    whole = body
+    all_walls = body
     body = body.difference(unary_union([gap.buffer(OUTER_WALL, cap_style="flat") for gap in gaps]))
     windows = list(place_windows(floor, footprint, rng))
     style = rng.choice(["solid", "outline", "hatched", "tinted"], p=(0.45, 0.2, 0.2, 0.15))
-    frames = unary_union([window.buffer(OUTER_WALL, cap_style="flat") for window in windows]).intersection(whole)
+    frames = unary_union([window.buffer(OUTER_WALL, cap_style="flat") for window in windows]).intersection(all_walls)
     if (windows and style != "solid") or rng.random() < 0.8:
         body = body.difference(frames)
     color: Any = WALL_COLORS[int(rng.integers(len(WALL_COLORS)))]
@@ -396,7 +396,7 @@ def draw_walls(
     panes = int(rng.integers(1, 4))
     glass: Any = WHITE if rng.random() < 0.7 else (166, 216, 84)
     for window in windows:
-        frame = window.buffer(OUTER_WALL, cap_style="flat").intersection(whole)
+        frame = window.buffer(OUTER_WALL, cap_style="flat").intersection(all_walls)
         sheet.fill(frame, glass)
         sheet.outline(frame, *pen)
         if panes > 1:

@@ -127,8 +127,8 @@ class Building:
     @property
     def area_trust(self) -> AreaTrust:
         """That of the storey with the least certain scale."""
-        found = {storey.area_trust for storey in self.storeys}
-        return next(trust for trust in reversed(AreaTrust) if trust in found)
+        trusts = {storey.area_trust for storey in self.storeys}
+        return next(trust for trust in reversed(AreaTrust) if trust in trusts)
 
     def list_rooms(self) -> Iterator[tuple[Storey, Room]]:
         """List all rooms, storey by storey.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from enum import StrEnum
 
-# What stands in place of an area that nobody knows.
+# What is written instead of an area if the scale is unknown.
 NO_AREA = "?"
 ROUGH_DIGITS = 2
 _LOOK = "nothing but the look of the drawing shows it"
@@ -35,7 +35,7 @@ class AreaTrust(StrEnum):
     UNKNOWN = "unknown"
 
     @classmethod
-    def of(cls, *, is_rough: bool, is_look: bool) -> AreaTrust:
+    def for_scale(cls, *, is_rough: bool, is_look: bool) -> AreaTrust:
         """Find the trust in the areas of a scale.
 
         Parameters
@@ -68,7 +68,7 @@ class AreaTrust(StrEnum):
         """
         if not isinstance(member, dict):
             return cls.EXACT
-        return cls.of(is_rough=member.get("is_rough") is True, is_look=member.get("is_look") is True)
+        return cls.for_scale(is_rough=member.get("is_rough") is True, is_look=member.get("is_look") is True)
 
     @property
     def note(self) -> str:

@@ -278,8 +278,8 @@ def _read_sheet(sheet: Sheet, path: str | Path, options: _SheetOptions) -> PlanR
     scale, spaces = _measure_division(division, measured, (sheet, textless), texts)
     door_px = scale_door_px(measured, scale, home_probability(spaces, texts), shape=sheet.shape)
     if door_px is not None:
-        seen = replace(measured, scale=replace(scale, resolution=DOOR_WIDTH / door_px), door_px=door_px)
-        division = _divide_sheet(plain, seen, placed, options).leave_out(parts, texts)
+        again = replace(measured, scale=replace(scale, resolution=DOOR_WIDTH / door_px), door_px=door_px)
+        division = _divide_sheet(plain, again, placed, options).leave_out(parts, texts)
         scale, spaces = _measure_division(division, measured, (sheet, textless), texts)
     _check_floors(division.floors, path)
     # With metres it is known what is too small for a room, and which openings are no passages
@@ -293,7 +293,7 @@ def _read_sheet(sheet: Sheet, path: str | Path, options: _SheetOptions) -> PlanR
     if not scale.is_look:
         in_metres = [drop_narrow_doors(floor) for floor in in_metres]
     left_out = describe_left_out([*boxes.values(), *division.no_rooms])
-    notes = (*sheet.notes, *_doubt_plan(division.floors, sheet), *left_out)
+    notes = (*sheet.notes, *_question_plan(division.floors, sheet), *left_out)
     return PlanReading(_name_rooms(in_metres, sheet, texts, scale), sheet, placed, sheet.px_per_unit, notes)
 
 
@@ -386,7 +386,7 @@ def _check_floors(floors: Sequence[Floor], path: str | Path) -> None:
         warnings.warn(PlanWarning(message), stacklevel=3)
 
 
-def _doubt_plan(floors: Sequence[Floor], sheet: Sheet) -> tuple[str, ...]:
+def _question_plan(floors: Sequence[Floor], sheet: Sheet) -> tuple[str, ...]:
     """A line about a picture with a single room that no drawn door leads into: frames of charts look so."""
     rooms = [room for floor in floors for room in floor.rooms]
     has_doors = any(door.kind == "door" for floor in floors for door in floor.doors)

@@ -73,7 +73,7 @@ class StoreyReading:
     previous_corrections
         The same as they were read; `Reading.save` refuses a folder that has others by then.
     uncorrected_scale
-        The scale without the corrections; None for a map, and if there are none.
+        The scale without the corrections; None for a map, and without corrections.
     """
 
     floor: Floor

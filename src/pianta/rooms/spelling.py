@@ -20,7 +20,9 @@ MIN_MISREAD = 6
 # Letters of the shortest word whose accents are restored
 MIN_ACCENTED = 3
 # Letters that text readers confuse with each other
-_LOOK_ALIKE = tuple(map(frozenset, ("bdopqcg", "eoc", "ao", "ilt1j", "uvwy", "hmnk", "mwn", "prf", "sbg", "xk", "ar")))
+_SIMILAR_LETTERS = tuple(
+    map(frozenset, ("bdopqcg", "eoc", "ao", "ilt1j", "uvwy", "hmnk", "mwn", "prf", "sbg", "xk", "ar"))
+)
 # Accents that are written on capitals in all languages; French, Spanish and Italian often leave the others out
 _ON_CAPITALS = frozenset("äöüåñãõ")
 _WORDS = re.compile(r"[^\W\d_]+")
@@ -30,9 +32,9 @@ Spellings = Mapping[str, frozenset[str]]
 
 @dataclass(frozen=True)
 class Vocabulary:
-    """Words without accents -> their spellings in small letters; known: those of the dictionary."""
+    """Words without accents -> their spellings in small letters; by_plain: those of the dictionary."""
 
-    known: Spellings
+    by_plain: Spellings
     on_floor: Mapping[str, Counter[str]]
 
 
@@ -58,15 +60,15 @@ def correct_spelling(floor: Floor, *words: RoomNameDictionary) -> Floor:
 
 def list_vocabulary(names: Iterable[str], dictionaries: Iterable[RoomNameDictionary]) -> Vocabulary:
     """The words of dictionaries and of the names on a floor."""
-    known: dict[str, set[str]] = {}
+    by_plain: dict[str, set[str]] = {}
     for dictionary in dictionaries:
         for phrase in (phrase for entry in dictionary.entries for each in entry.words.values() for phrase in each):
             for word in _WORDS.findall(phrase):
-                known.setdefault(normalize_name(word), set()).add(word.casefold())
+                by_plain.setdefault(normalize_name(word), set()).add(word.casefold())
     on_floor: dict[str, Counter[str]] = {}
     for word in (word for name in names for word in _WORDS.findall(name)):
         on_floor.setdefault(normalize_name(word), Counter())[word.casefold()] += 1
-    return Vocabulary({plain: frozenset(spellings) for plain, spellings in known.items()}, on_floor)
+    return Vocabulary({plain: frozenset(spellings) for plain, spellings in by_plain.items()}, on_floor)
 
 
 def correct_name(name: str, vocabulary: Vocabulary) -> str:
@@ -76,7 +78,7 @@ def correct_name(name: str, vocabulary: Vocabulary) -> str:
 
 def _correct_word(word: str, vocabulary: Vocabulary) -> str:
     plain = normalize_name(word)
-    spellings = vocabulary.known.get(plain)
+    spellings = vocabulary.by_plain.get(plain)
     if spellings is None:
         return _mend_letter(word, plain, vocabulary) if plain == word.casefold() else word
     if plain != word.casefold() or len(plain) < MIN_ACCENTED:
@@ -98,17 +100,17 @@ def _mend_letter(word: str, plain: str, vocabulary: Vocabulary) -> str:
     """The only word of the dictionary that differs by one letter that looks alike; else the word."""
     if len(plain) < MIN_MISREAD:
         return word
-    near = [known for known in vocabulary.known if len(known) == len(plain) and _is_misread(plain, known)]
+    near = [other for other in vocabulary.by_plain if len(other) == len(plain) and _is_misread(plain, other)]
     if len(near) != 1:
         return word
-    spellings = vocabulary.known[near[0]]
+    spellings = vocabulary.by_plain[near[0]]
     return _as_written(near[0] if near[0] in spellings else min(spellings), word)
 
 
-def _is_misread(plain: str, known: str) -> bool:
+def _is_misread(plain: str, other: str) -> bool:
     """Whether two words of equal length differ by one letter that looks alike."""
-    pairs = [frozenset(pair) for pair in zip(plain, known, strict=True) if pair[0] != pair[1]]
-    return len(pairs) == 1 and any(pairs[0] <= group for group in _LOOK_ALIKE)
+    pairs = [frozenset(pair) for pair in zip(plain, other, strict=True) if pair[0] != pair[1]]
+    return len(pairs) == 1 and any(pairs[0] <= group for group in _SIMILAR_LETTERS)
 
 
 def _as_written(spelling: str, word: str) -> str:

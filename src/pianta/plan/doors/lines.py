@@ -38,7 +38,9 @@ class DoorParameters:
     same_door_distance: float = 0.75  # between middles, in widths of the wider door: nearer ones are the same
     probe_distances: tuple[float, ...] = (0.2, 0.4, 0.7, 1.0)  # m beside a door, where its rooms are looked for
     max_wall_offset: float = 0.7  # m between a door's line and its wall
-    narrowest: float = 0.3  # m of a door or an opening: nobody passes narrower ones; hatches of walls look like such
+    narrowest: float = (
+        0.3  # m of a door or an opening: people do not fit through narrower ones, which hatches of walls look like
+    )
 
 
 PARAMETERS = DoorParameters()
@@ -194,7 +196,7 @@ def join_rooms(rooms: Sequence[Room], lines: Sequence[LineString]) -> list[Door]
 
 
 def drop_narrow_doors(floor: Floor) -> Floor:
-    """The floor, in metres, without doors and openings that nobody can pass."""
+    """The floor, in metres, without doors and openings that are too narrow for people."""
     return replace(floor, doors=tuple(door for door in floor.doors if door.width >= PARAMETERS.narrowest))
 
 

@@ -36,7 +36,7 @@ class RefinedScaleParameters:
     # A scale such as 1:100, if the picture is the paper: it may have been cropped, resized or printed to fit
     scanned_sd: float = 0.02
     whole_outlier_rate: float = 0.2  # of a picture that is as large as a paper, by its pixels per inch
-    scanned_outlier_rate: float = 0.5  # of others, by pixels per inch that are not those of screens
+    scanned_outlier_rate: float = 0.5  # of other pictures, by pixels per inch that are not those of screens
     paper_sd: float = 0.03
     paper_outlier_rate: float = 0.6  # of a picture with the shape of a paper
     # Pixels per inch of screens and cameras: below 100, and multiples up to 288, as 144 and 192 of dense screens

@@ -51,6 +51,8 @@ def measure_spaces(
     probabilities, cell = class_map.probabilities, class_map.cell_px
     free = probabilities[WALL] + probabilities[DOOR] < PARAMETERS.barrier
     rooms = [room.polygon for floor in floors for room in floor.rooms]
+    if not rooms:
+        return []
     positions = np.array([(text.middle[1], height - text.middle[0]) for text in texts]).reshape(-1, 2)
     owners, owned = shapely.STRtree(shapely.points(positions)).query(rooms, predicate="contains")
     spaces = []

@@ -84,7 +84,7 @@ def find_flights(contrast: Contrast, ink: Mask, texts: Sequence[PlacedText]) -> 
     None on a sheet whose floors are hatched with boards: in passages these look like treads.
     contrast, ink: shape (H, W), of the sheet. texts: that stood on it.
     """
-    found = []
+    candidates = []
     for is_level in (True, False):
         # Upright treads are level on the turned sheet
         turned, pale = (ink, contrast) if is_level else (ink.T, contrast.T)
@@ -93,10 +93,10 @@ def find_flights(contrast: Contrast, ink: Mask, texts: Sequence[PlacedText]) -> 
             if any(map(_are_boards, runs)):
                 return []
             flights = [_make_flight(run) for run in runs if _is_flight(run, turned, pale)]
-            found += flights if is_level else [_transpose(flight) for flight in flights]
-    found = [flight for flight in found if not _holds_text(flight, texts)]
+            candidates += flights if is_level else [_transpose(flight) for flight in flights]
+    candidates = [flight for flight in candidates if not _holds_text(flight, texts)]
     distinct: list[Flight] = []
-    for flight in sorted(found, key=lambda flight: -flight.n_lines):
+    for flight in sorted(candidates, key=lambda flight: -flight.n_lines):
         if not any(_overlap(flight, other) for other in distinct):
             distinct.append(flight)
     return distinct
@@ -128,10 +128,10 @@ def _list_thin_lines(ink: Mask) -> Iterator[Floats]:
     stats, middles = (each[1:] for each in cv2.connectedComponentsWithStats(lines, connectivity=8)[2:])
     is_line = stats[:, cv2.CC_STAT_HEIGHT] <= thickest + 1
     left, width, _, area = stats[is_line].T[[0, 2, 3, 4]]
-    found = np.column_stack([middles[is_line, 1], left, left + width, area / width])
-    found = found[np.argsort(found[:, 0], kind="stable")][:MAX_LINES]
-    yield found
-    yield _join_pieces(found, p.bridged * thickest)
+    pieces = np.column_stack([middles[is_line, 1], left, left + width, area / width])
+    pieces = pieces[np.argsort(pieces[:, 0], kind="stable")][:MAX_LINES]
+    yield pieces
+    yield _join_pieces(pieces, p.bridged * thickest)
 
 
 def _join_pieces(lines: Floats, gap: float) -> Floats:
@@ -146,8 +146,8 @@ def _join_pieces(lines: Floats, gap: float) -> Floats:
         if len(level):
             other = behind.start + int(level[0])
             in_order[index, 2], joined[other] = in_order[other, 2], False
-    whole = in_order[joined]
-    return whole[np.argsort(whole[:, 0], kind="stable")]
+    rest = in_order[joined]
+    return rest[np.argsort(rest[:, 0], kind="stable")]
 
 
 def _even_runs(lines: Floats) -> Iterator[Indices]:
@@ -224,12 +224,12 @@ def _is_flight(run: Floats, ink: Mask, contrast: Contrast) -> bool:
 def _is_bounded(ink: Mask, gaps: Sequence[slice], col: int, *, reach: int) -> bool:
     """Whether something is drawn along a side of a flight, between the ends of its treads."""
     beside = slice(max(col - reach, 0), col + reach + 1)
-    drawn = np.concatenate([ink[gap, beside].any(axis=1) for gap in gaps])
-    return bool(drawn.mean() >= PARAMETERS.bounded)
+    inked = np.concatenate([ink[gap, beside].any(axis=1) for gap in gaps])
+    return bool(inked.mean() >= PARAMETERS.bounded)
 
 
 def _has_landing(along: Floats, row: float, pitch: float) -> bool:
-    """Whether the space behind a run of treads is free, wherever the run ends.
+    """Whether the space behind a run of treads is free, where the run ends.
 
     along: share of ink in the columns of the treads, for each row. row: of the last tread of the run.
     """

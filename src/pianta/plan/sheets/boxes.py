@@ -167,9 +167,9 @@ def describe_left_out(kinds: Sequence[str]) -> tuple[str, ...]:
     """What was left out as a line, such as "left out: a legend, 2 boxes of text"; none for nothing."""
     counts = Counter(kinds)
     named = [
-        f"a {kind}" if counts[kind] == 1 else f"{counts[kind]} {plural}"
-        for kind, plural in PLURALS.items()
-        if counts[kind]
+        f"a {name}" if counts[name] == 1 else f"{counts[name]} {plural}"
+        for name, plural in PLURALS.items()
+        if counts[name]
     ]
     return (f"left out: {', '.join(named)}",) if named else ()
 

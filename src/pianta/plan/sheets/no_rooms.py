@@ -39,7 +39,7 @@ class NoRoomParameters:
     least_rooms: int = 4
     max_texts: int = 2
     max_doors: float = 0.5  # doors a room: its small rectangles may be taken for doors
-    drawn_doors: int = 3  # of the building, so that a part without one is none
+    drawn_doors: int = 3  # of the building, so that a part without one is no building
     # What the layout method adds beside a building: rooms that no lines enclose
     enclosed: float = 0.9  # of a room that lies within lines
     enclosed_rooms: float = 0.85  # of the rooms that do, if the lines of the building are closed
@@ -82,12 +82,12 @@ def leave_out(
     candidates = list(_list_candidates(floors, parts, texts, height))
     left_out = _find_left_out(candidates, texts)
     rooms = {key for _, keys in left_out for key in keys}
-    kept = [each for each in candidates if _key(each) not in rooms]
-    if not kept:
+    remaining_rooms = [each for each in candidates if _key(each) not in rooms]
+    if not remaining_rooms:
         return list(floors), []
-    outside = {_key(each) for each in _list_open(kept)}
+    outside = {_key(each) for each in _list_open(remaining_rooms)}
     remaining = (_change(floor, number, rooms, outside) for number, floor in enumerate(floors))
-    return [floor for floor in remaining if floor is not None], [kind for kind, _ in left_out]
+    return [floor for floor in remaining if floor is not None], [name for name, _ in left_out]
 
 
 def _key(candidate: _Candidate) -> tuple[int, int]:
@@ -102,10 +102,10 @@ def _list_candidates(
     tree = shapely.STRtree(boxes)
     for number, floor in enumerate(floors):
         for room in floor:
-            found = sorted(tree.query(room.polygon, predicate="intersects").tolist())
-            shares = [boxes[index].intersection(room.polygon).area for index in found]
+            touching = sorted(tree.query(room.polygon, predicate="intersects").tolist())
+            shares = [boxes[index].intersection(room.polygon).area for index in touching]
             inside = [
-                (index, share) for index, share in zip(found, shares, strict=True) if share > boxes[index].area / 2
+                (index, share) for index, share in zip(touching, shares, strict=True) if share > boxes[index].area / 2
             ]
             part, enclosed = _part_of(room.polygon, parts, height)
             yield _Candidate(
@@ -137,8 +137,8 @@ def _part_of(polygon: Polygon, parts: SheetParts, height: int) -> tuple[int, flo
     numbers = parts.numbers[y[inside], x[inside]]
     if not numbers.size:
         return 0, 1.0
-    drawn = numbers[numbers > 0]
-    return int(np.bincount(drawn).argmax()) if drawn.size else 0, drawn.size / numbers.size
+    inked = numbers[numbers > 0]
+    return int(np.bincount(inked).argmax()) if inked.size else 0, inked.size / numbers.size
 
 
 def _find_left_out(
@@ -150,13 +150,13 @@ def _find_left_out(
         by_part.setdefault(candidate.part, []).append(candidate)
     legend = find_legend(texts).texts
     building = max(by_part.values(), key=lambda rooms: (_sum_doors(rooms), _sum_areas(rooms)), default=[])
-    found = []
+    no_rooms = []
     for rooms in by_part.values():
         if rooms is not building and _is_small_plan(rooms, building):
-            found.append((SITE_PLAN, {_key(room) for room in rooms}))
+            no_rooms.append((SITE_PLAN, {_key(room) for room in rooms}))
         else:
-            found += [(name_box(room.texts, legend), {_key(room)}) for room in rooms if _is_touching_box(room)]
-    return found
+            no_rooms += [(name_box(room.texts, legend), {_key(room)}) for room in rooms if _is_touching_box(room)]
+    return no_rooms
 
 
 def _sum_doors(rooms: Sequence[_Candidate]) -> int:
@@ -201,13 +201,13 @@ def _list_open(rooms: Sequence[_Candidate]) -> list[_Candidate]:
 
 def _change(floor: Floor, number: int, dropped: set[tuple[int, int]], outside: set[tuple[int, int]]) -> Floor | None:
     """The floor without some rooms, and with the flag "outside" for others; None if no room is left."""
-    kept = [room for room in floor if (number, room.id) not in dropped]
-    if not kept:
+    remaining_rooms = [room for room in floor if (number, room.id) not in dropped]
+    if not remaining_rooms:
         return None
-    flagged = [replace(room, flag=OUTSIDE_FLAG) if (number, room.id) in outside else room for room in kept]
-    if len(kept) == len(floor):
+    flagged = [replace(room, flag=OUTSIDE_FLAG) if (number, room.id) in outside else room for room in remaining_rooms]
+    if len(remaining_rooms) == len(floor):
         return replace(floor, rooms=tuple(flagged)) if any(room.flag for room in flagged) else floor
-    new_ids = {room.id: index for index, room in enumerate(kept, start=1)}
+    new_ids = {room.id: index for index, room in enumerate(remaining_rooms, start=1)}
     doors = tuple(door.renumber_rooms(new_ids) for door in floor.doors if new_ids.keys() >= set(door.room_ids))
     rooms = tuple(replace(room, id=new_ids[room.id]) for room in flagged)
     return replace(floor, rooms=rooms, doors=doors, last_id=0)

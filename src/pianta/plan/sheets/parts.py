@@ -53,25 +53,25 @@ def find_parts(ink: Mask, *, door_px: float) -> SheetParts:
     cell_px = max(1.0, door_px / CELLS_OF_DOOR)
     shape = tuple(max(1, round(side / cell_px)) for side in ink.shape)
     # A cell with any ink is drawn
-    drawn = np.asarray(cv2.resize(ink.astype(np.float32), shape[::-1], interpolation=cv2.INTER_AREA) > 0)
+    inked = np.asarray(cv2.resize(ink.astype(np.float32), shape[::-1], interpolation=cv2.INTER_AREA) > 0)
     reach = max(1, round(PARAMETERS.gap / 2 * door_px / cell_px))
-    frame = _frame_lines(drawn)
-    numbers = _number_parts(drawn & ~frame, reach)
+    frame = _frame_lines(inked)
+    numbers = _number_parts(inked & ~frame, reach)
     blank = max(1, round(PARAMETERS.frame_distance * door_px / cell_px) - reach)
     if (frame & (cv2.dilate((numbers == 1).view(np.uint8), np.ones((2 * blank + 1,) * 2, np.uint8)) > 0)).any():
         # The outer walls of a building that fills the sheet, or their outer faces
         frame = np.zeros_like(frame)
-        numbers = _number_parts(drawn, reach)
+        numbers = _number_parts(inked, reach)
     elif frame.any():
         _close_at_frame(numbers, frame, reach)
     return SheetParts(numbers, frame, cell_px)
 
 
-def _number_parts(drawn: Mask, reach: int) -> NDArray[np.int32]:
+def _number_parts(inked: Mask, reach: int) -> NDArray[np.int32]:
     """The number of the part of each cell, shape (H, W), the largest first; parts are twice the reach apart, cells."""
-    grown = cv2.dilate(drawn.view(np.uint8), np.ones((2 * reach + 1,) * 2, np.uint8))
+    grown = cv2.dilate(inked.view(np.uint8), np.ones((2 * reach + 1,) * 2, np.uint8))
     outlines, _ = cv2.findContours(grown, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE)
-    numbers = np.zeros(drawn.shape, np.int32)
+    numbers = np.zeros(inked.shape, np.int32)
     for number, outline in enumerate(sorted(outlines, key=cv2.contourArea, reverse=True), start=1):
         cv2.drawContours(numbers, [outline], -1, number, cv2.FILLED)
     return numbers
@@ -91,15 +91,15 @@ def _close_at_frame(numbers: NDArray[np.int32], frame: Mask, reach: int) -> None
             cells[:] = number
 
 
-def _frame_lines(drawn: Mask) -> Mask:
+def _frame_lines(inked: Mask) -> Mask:
     """The cells of lines along the edges of the sheet that are nearly as long as it; shape (H, W)."""
-    p, lines = PARAMETERS, np.zeros_like(drawn)
-    for sheet, frame in ((drawn, lines), (drawn.T, lines.T)):
+    p, lines = PARAMETERS, np.zeros_like(inked)
+    for sheet, frame in ((inked, lines), (inked.T, lines.T)):
         height, width = sheet.shape
         depth = max(1, round(p.frame_depth * height))
         for rows in (slice(0, depth), slice(height - depth, height)):
             strip = np.ascontiguousarray(sheet[rows]).view(np.uint8)
-            # Scans are seldom straight, so a line may step aside by a cell
+            # Scans are seldom straight, so a line may step over by a cell
             thick = cv2.dilate(strip, np.ones((3, 1), np.uint8))
             kernel = np.ones((1, max(3, round(p.frame_length * width))), np.uint8)
             frame[rows] |= (cv2.morphologyEx(thick, cv2.MORPH_OPEN, kernel) > 0) & (strip > 0)

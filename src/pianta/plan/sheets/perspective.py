@@ -75,9 +75,9 @@ def straighten(colors: Colors) -> StraightPicture | None:
     if families is None:
         return None
     points, by = None, ""
-    if paper is not None and _is_perspective(families, _points_of_paper(paper), grey.shape, of_paper=True):
+    if paper is not None and _is_perspective(families, _points_of_paper(paper), grey.shape, by_paper=True):
         points, by = _points_of_paper(paper), "the edges of its paper"
-    elif _is_perspective(families, _points_of_lines(families), grey.shape, of_paper=False):
+    elif _is_perspective(families, _points_of_lines(families), grey.shape, by_paper=False):
         points, by = _points_of_lines(families), "the directions of its lines"
     if points is None:
         return None
@@ -90,10 +90,10 @@ def straighten(colors: Colors) -> StraightPicture | None:
 def _find_segments(grey: Greys) -> Floats:
     """The straight lines of a picture, the longest first: ends x and y, shape (N, 2, 2)."""
     # The stubs of OpenCV do not know that there may be no lines
-    found: Any = cv2.createLineSegmentDetector(cv2.LSD_REFINE_STD).detect(grey)[0]
-    if found is None:
+    answer: Any = cv2.createLineSegmentDetector(cv2.LSD_REFINE_STD).detect(grey)[0]
+    if answer is None:
         return np.zeros((0, 2, 2))
-    segments = np.asarray(found, float).reshape(-1, 2, 2)
+    segments = np.asarray(answer, float).reshape(-1, 2, 2)
     lengths = _lengths(segments)
     order = np.argsort(-lengths, kind="stable")[: PARAMETERS.max_segments]
     return np.asarray(segments[order[lengths[order] >= PARAMETERS.min_segment * max(grey.shape)]])
@@ -188,10 +188,10 @@ def _aims_at(segments: Floats, point: Floats) -> Mask:
     return np.asarray(_turn_between(np.degrees(angles), np.degrees(aims)) <= PARAMETERS.aim_degrees)
 
 
-def _is_perspective(families: tuple[Floats, Floats], points: Matrix, shape: tuple[int, ...], *, of_paper: bool) -> bool:
+def _is_perspective(families: tuple[Floats, Floats], points: Matrix, shape: tuple[int, ...], *, by_paper: bool) -> bool:
     """Whether lines clearly converge at two vanishing points, and do not fit parallel lines nearly as well.
 
-    of_paper: whether the points are those of the edges of the paper, so that fewer lines suffice.
+    by_paper: whether the points are those of the edges of the paper, so that fewer lines suffice.
     """
     p = PARAMETERS
     convergence = [_convergence(point, shape) for point in points]
@@ -203,7 +203,7 @@ def _is_perspective(families: tuple[Floats, Floats], points: Matrix, shape: tupl
     gains = aimed - _aimed_lengths(families, parallel)
     if aimed.sum() < p.min_aimed * totals.sum():
         return False
-    if not of_paper:
+    if not by_paper:
         return bool(gains.sum() >= p.min_gain * totals.sum())
     steepest = int(np.argmax(convergence))
     return bool(gains[steepest] >= p.min_paper_gain * totals[steepest])

@@ -96,7 +96,7 @@ class PlanScale:
     @property
     def area_trust(self) -> AreaTrust:
         """How areas are shown: as they are, with a mark, or not at all."""
-        return AreaTrust.of(is_rough=self.is_rough, is_look=self.is_look)
+        return AreaTrust.for_scale(is_rough=self.is_rough, is_look=self.is_look)
 
     def scaled(self, factor: float) -> PlanScale:
         """Change the pixels and keep the scale.
