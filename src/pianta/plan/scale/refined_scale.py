@@ -47,7 +47,7 @@ class RefinedScaleParameters:
     network_sd: float = 0.35
     network_outlier_rate: float = 0.2
     # The network sees a home again if it took doors for wider or narrower by a factor, unless the scale is doubtful.
-    # It sees homes enlarged, since their walls are thin and their rooms small
+    # It sees homes enlarged, since their walls are thin and their rooms small. By hand on the homes of `planfiles`
     home_share: float = 0.4  # of a door's pixels
     again_factor: float = 1.6
     again_area_factor: float = 2.5
