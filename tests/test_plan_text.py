@@ -19,7 +19,7 @@ def placed(text: str, top: float, left: float, height: float, width: float) -> P
 
 
 def test_a_reader_needs_both_of_its_packages(monkeypatch):
-    for missing in ("rapidocr", "onnxruntime"):
+    for missing in ("rapidocr", "openvino"):
         monkeypatch.setattr(plan_text, "find_spec", lambda name, missing=missing: None if name == missing else object())
         assert not text_reader_available()
     monkeypatch.setattr(plan_text, "find_spec", lambda name: object())

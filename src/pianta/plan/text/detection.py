@@ -36,7 +36,7 @@ PARAMETERS = DetectionParameters()
 @cache
 def text_reader() -> Any:  # noqa: ANN401 - rapidocr has no types
     """The text reader of rapidocr on one thread, loaded once; ImportError if it is not installed."""
-    from rapidocr import RapidOCR
+    from rapidocr import EngineType, RapidOCR
 
     options = {
         "Global.log_level": "critical",
@@ -45,8 +45,9 @@ def text_reader() -> Any:  # noqa: ANN401 - rapidocr has no types
         "Global.use_vertical_padding": False,
         "Global.text_score": 0.0,
         "Det.limit_side_len": STEP,
-        "EngineConfig.onnxruntime.intra_op_num_threads": 1,
-        "EngineConfig.onnxruntime.inter_op_num_threads": 1,
+        # A quarter of the time of onnxruntime
+        **{f"{stage}.engine_type": EngineType.OPENVINO for stage in ("Det", "Cls", "Rec")},
+        "EngineConfig.openvino.inference_num_threads": 1,
     }
     return RapidOCR(params=options)
 

@@ -53,7 +53,7 @@ UPRIGHT, FROM_TOP, UPSIDE_DOWN, FROM_BELOW = range(4)
 
 def text_reader_available() -> bool:
     """Whether rapidocr and what it runs on are installed; they are, with pianta[plan]."""
-    return all(find_spec(name) is not None for name in ("rapidocr", "onnxruntime"))
+    return all(find_spec(name) is not None for name in ("rapidocr", "openvino"))
 
 
 def read_texts(colors: Colors) -> tuple[PlacedText, ...]:
