@@ -26,6 +26,15 @@ def test_a_reader_needs_both_of_its_packages(monkeypatch):
     assert text_reader_available()
 
 
+def test_processors_with_bfloat16_read_as_others():
+    pytest.importorskip("rapidocr")
+    reader = text_reader()
+    for stage in (reader._load_det_model(), reader._load_rec_model()):
+        compiled = stage.session.session.get_compiled_model()
+        assert compiled.get_property("INFERENCE_PRECISION_HINT").get_type_name() == "f32"
+        assert compiled.get_property("INFERENCE_NUM_THREADS") == 1
+
+
 def test_texts_are_read_level_and_upright_without_a_network(monkeypatch):
     pytest.importorskip("rapidocr")
 

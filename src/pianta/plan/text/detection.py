@@ -36,6 +36,7 @@ PARAMETERS = DetectionParameters()
 @cache
 def text_reader() -> Any:  # noqa: ANN401 - rapidocr has no types
     """The text reader of rapidocr on one thread, loaded once; ImportError if it is not installed."""
+    from openvino import Core
     from rapidocr import EngineType, RapidOCR
 
     options = {
@@ -47,9 +48,13 @@ def text_reader() -> Any:  # noqa: ANN401 - rapidocr has no types
         "Det.limit_side_len": STEP,
         # A quarter of the time of onnxruntime
         **{f"{stage}.engine_type": EngineType.OPENVINO for stage in ("Det", "Cls", "Rec")},
-        "EngineConfig.openvino.inference_num_threads": 1,
     }
-    return RapidOCR(params=options)
+    reader = RapidOCR(params=options)
+    # A processor with bfloat16 would compute with it, and read otherwise than others
+    exact = {"INFERENCE_PRECISION_HINT": "f32", "INFERENCE_NUM_THREADS": 1}
+    for stage in (reader._load_det_model(), reader._load_rec_model()):
+        stage.session.session = Core().compile_model(stage.session.model, "CPU", exact).create_infer_request()
+    return reader
 
 
 def find_boxes(bgr: Colors) -> list[Floats]:
