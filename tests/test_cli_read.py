@@ -100,11 +100,6 @@ def write_half_an_image(folder: Path) -> Path:
     return path
 
 
-def write_folder_with_maps(folder: Path) -> Path:
-    write_uniform_map(FREE)(folder)
-    return folder
-
-
 BAD_INPUTS = {
     "missing file": (lambda folder: folder / "none.yaml", ["none.yaml' does not exist"]),
     "missing YAML keys": (
@@ -129,8 +124,7 @@ BAD_INPUTS = {
     "image missing": (write_changed_yaml(image="none.png"), ["none.png' does not exist"]),
     "NaN in the origin": (write_changed_yaml(origin=[0.0, float("nan"), 0.0]), ["origin is", "three finite numbers"]),
     "half an image": (write_half_an_image, ["map.png' is damaged"]),
-    "folder with a map": (write_folder_with_maps, ["is a folder", "map.yaml'"]),
-    "folder": (lambda folder: folder, ["is a folder, give the map.yaml"]),
+    "folder": (lambda folder: folder, ["has no map or plan, give one with a map.yaml"]),
     "address": (lambda _: "https://example.org/map.yaml", ["'https://example.org/map.yaml' is an address"]),
     "a name too long for a file": (lambda _: "n" * 5000, ["File name too long"]),
 }
@@ -302,7 +296,7 @@ def test_a_map_over_the_limit_is_read_when_the_limit_is_lifted(small, tmp_path):
 def test_several_maps_get_a_folder_each(sample, sample_out, small, tmp_path):
     code, out, err = run_pianta("read", sample, small, "-o", tmp_path)
     assert (code, err) == (0, "")
-    assert {path.name for path in tmp_path.iterdir()} == {"map", "small"}
+    assert {path.name for path in tmp_path.iterdir()} == {"map", "small", "journal.sqlite"}
     assert list_files(tmp_path / "map") == list_files(sample_out)
     assert list_files(tmp_path / "small").keys() == OUTPUTS
     assert [line.rpartition(" ")[2] for line in out.splitlines()[:2]] == [
@@ -314,19 +308,19 @@ def test_several_maps_get_a_folder_each(sample, sample_out, small, tmp_path):
 
 @pytest.mark.slow
 def test_a_bad_map_does_not_stop_the_others(small, tmp_path):
-    code, out, err = run_pianta("read", "none.yaml", small, tmp_path, "-o", tmp_path / "out")
+    code, out, err = run_pianta("read", "none.yaml", small, "other.yaml", "-o", tmp_path / "out")
     assert code == 1
     assert [line.split()[:3] for line in err.splitlines()] == [
         ["error:", "map", "'none.yaml'"],
-        ["error:", "map", f"'{tmp_path}'"],
+        ["error:", "map", "'other.yaml'"],
     ]
-    assert {path.name for path in (tmp_path / "out").iterdir()} == {"small"}
-    assert out.splitlines()[-1] == "1 of 3 files read"
+    assert {path.name for path in (tmp_path / "out").iterdir()} == {"small", "journal.sqlite"}
+    assert out.splitlines()[-2:] == ["1 of 3 files read", "faults: map 2"]
 
 
-def test_a_batch_of_bad_maps_makes_no_folder(tmp_path):
+def test_a_batch_of_bad_maps_has_a_journal_alone(tmp_path):
     assert run_pianta("read", "a.yaml", "b.yaml", "-o", tmp_path / "out").code == 1
-    assert not list(tmp_path.iterdir())
+    assert [path.name for path in (tmp_path / "out").iterdir()] == ["journal.sqlite"]
 
 
 @pytest.mark.slow
@@ -334,18 +328,20 @@ def test_a_batch_shows_its_progress_in_a_terminal(small, tmp_path, monkeypatch):
     terminal = StringIO()
     monkeypatch.setattr("pianta.cli.terminal.stderr", Console(file=terminal, force_terminal=True, width=80))
     run_pianta("read", small, "none.yaml", "-o", tmp_path)
-    assert "small.yaml" in terminal.getvalue()
+    assert "1 failed" in terminal.getvalue()
     assert "0/2" in terminal.getvalue()
 
 
 @pytest.mark.slow
 def test_results_are_printed_on_their_own_lines_above_the_progress_bar(small, tmp_path, monkeypatch):
+    other = tmp_path / "other.yaml"
+    save_ros_map(simulate_map(make_corridor_floor(length=10, room_width=(5, 5))), other)
     terminal = StringIO()
     monkeypatch.setattr(terminal, "isatty", lambda: True, raising=False)
     monkeypatch.setattr("sys.stdout", terminal)
     monkeypatch.setattr("pianta.cli.terminal.stderr", Console(file=terminal, force_terminal=True, width=200))
     with pytest.raises(SystemExit):
-        main(["read", str(small), str(small), "-o", str(tmp_path)])
+        main(["read", str(small), str(other), "-o", str(tmp_path / "out")])
     erased_line, style = r"\x1b\[2K", r"(\x1b\[[\d;]*m)*"
     assert len(re.findall(rf"{erased_line}{style}\d+{style} rooms, ", terminal.getvalue())) == 2
 
@@ -400,7 +396,7 @@ def test_a_folder_with_the_name_of_an_output_file_prevents_all_outputs(small, tm
 def test_files_that_are_written_together_appear_together(tmp_path):
     with atomic_folder(tmp_path / "new" / "out") as temporary:
         (temporary / "one").touch()
-        assert list_files(tmp_path).keys() == {f"new/out/{temporary.name}/one"}
+        assert list_files(tmp_path).keys() == {f"new/{temporary.name}/one"}
     assert list_files(tmp_path).keys() == {"new/out/one"}
 
 

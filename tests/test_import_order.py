@@ -16,6 +16,7 @@ LEVELS = (
     ("cli",),
     ("view",),
     ("ros",),
+    ("batch",),
     ("reading",),
     ("plot",),
     ("model_files",),

@@ -91,6 +91,7 @@ class TestRead:
     def test_draws_walls_and_graph_as_the_command_does(self, small, reading, tmp_path):
         run_pianta("read", small, "-o", tmp_path / "command", "--walls", "--graph", "-q")
         reading.save(tmp_path / "library", walls=True, graph=True)
+        (tmp_path / "command" / "journal.sqlite").unlink()
         assert list_files(tmp_path / "library") == list_files(tmp_path / "command")
 
     def test_keeps_ids_as_the_command_does(self, small, reading, tmp_path):

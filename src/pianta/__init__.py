@@ -11,6 +11,8 @@ __version__ = "0.2.0"
 
 if TYPE_CHECKING:
     from pianta import errors, plot
+    from pianta.batch.collect import collect_batch
+    from pianta.batch.read_batch import BatchItem, read_batch
     from pianta.building import Building, Link, Storey
     from pianta.building_types.classify import classify_building
     from pianta.building_types.model import train_building_types
@@ -48,6 +50,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "METHODS",
+    "BatchItem",
     "Building",
     "Door",
     "Failure",
@@ -68,6 +71,7 @@ __all__ = [
     "build_route_graph",
     "classify_building",
     "clean_map",
+    "collect_batch",
     "convert",
     "errors",
     "evacuate",
@@ -83,6 +87,7 @@ __all__ = [
     "predict",
     "read",
     "read_all",
+    "read_batch",
     "read_building",
     "read_floor",
     "read_map",
@@ -98,6 +103,7 @@ __all__ = [
 
 _MODULES = {
     "METHODS": "layout.reconstruct",
+    "BatchItem": "batch.read_batch",
     "Building": "building",
     "Door": "floor",
     "Failure": "reading.read",
@@ -117,6 +123,7 @@ _MODULES = {
     "build_route_graph": "navigation.route_graph",
     "classify_building": "building_types.classify",
     "clean_map": "layout.clean_map",
+    "collect_batch": "batch.collect",
     "convert": "io.writers.convert",
     "errors": "errors",
     "evacuate": "evacuation.evacuate",
@@ -133,6 +140,7 @@ _MODULES = {
     "predict": "prediction.prediction",
     "read": "reading.read",
     "read_all": "reading.read",
+    "read_batch": "batch.read_batch",
     "read_building": "io.buildings.read",
     "read_floor": "io.floors",
     "read_map": "io.maps",

@@ -18,6 +18,7 @@ from pianta.errors import OptionError, PiantaError
 # Verb -> the function of its module that runs it; None for a verb with sub-verbs.
 VERBS = {
     "read": "read_maps",
+    "collect": "collect_buildings",
     "correct": "correct_floor",
     "convert": "convert_floor",
     "score": "score_floors",

@@ -4,17 +4,20 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 from rich.table import Table
 
+from pianta.batch.inputs import is_collection
+from pianta.batch.read_batch import BatchItem, read_batch
 from pianta.building import Link, Storey
 from pianta.cli.json_output import Json, check_json, describe_readings, write_json
 from pianta.cli.terminal import (
     Quiet,
+    counting_batch,
     counting_files,
     describe_floor,
     format_area,
@@ -23,7 +26,7 @@ from pianta.cli.terminal import (
     print_result,
     print_table,
 )
-from pianta.errors import OptionError
+from pianta.errors import OptionError, PiantaError
 from pianta.floor import Floor, Room
 from pianta.floor.area_trust import AreaTrust
 from pianta.io._files import MAX_CELLS, count_noun, short_repr
@@ -53,7 +56,9 @@ EXAMPLES = (
     "pianta read scan.png --resolution 0.05 -o building --walls --graph",
     "pianta read map.yaml -o building --type school",
     "pianta read larger.yaml --previous building -o building",
-    "pianta read maps/*.yaml -o buildings --jobs 4",
+    "pianta read maps -o buildings --jobs 4",
+    "pianta read 'maps/**/*.yaml' -o buildings --shard 2/8",
+    "pianta read maps -o buildings --retry-failed",
     "pianta read plan.png -o building --type school",
     "pianta read drawings.pdf --page 3 -o building",
     "pianta read floor.dxf --room-layers 'A-AREA*' --door-layers A-DOOR -o building",
@@ -134,6 +139,17 @@ BuildingModelFile = Annotated[
     Path | None,
     typer.Option("--building-model", metavar="FILE", help="Model of `pianta train buildings`; else the included one."),
 ]
+Resume = Annotated[
+    bool, typer.Option("--resume/--no-resume", help="Of several files, skip those that OUT has, if they are unchanged.")
+]
+RetryFailed = Annotated[bool, typer.Option("--retry-failed", help="Read only the files again that have failed.")]
+Shard = Annotated[
+    str | None, typer.Option(metavar="I/N", help="Read the Ith of N parts of the files, each on another machine.")
+]
+TimeLimit = Annotated[
+    float | None,
+    typer.Option(metavar="S", help="Seconds for a file, with --jobs from 2 on; it fails if it needs more."),
+]
 Jobs = Annotated[
     int, typer.Option(min=1, max=MAX_JOBS, help="Processes for several files; the results are the same for any number.")
 ]
@@ -195,6 +211,10 @@ def read_maps(
     stairs: Stairs = None,
     lifts: Lifts = None,
     jobs: Jobs = 1,
+    resume: Resume = True,
+    retry_failed: RetryFailed = False,
+    shard: Shard = None,
+    time_limit: TimeLimit = None,
     json_file: Json = None,
     quiet: Quiet = False,
 ) -> None:
@@ -203,8 +223,9 @@ def read_maps(
     Writes floor.geojson (metres of the map frame), rooms.png (16 bits: 0 is no
     room, n the room with id n), graph.json (networkx node-link), picture.png.
 
-    Several files get a folder each in OUT. If one cannot be read, the others are
-    still read; the exit code is then 1.
+    Several files get a folder each in OUT, as do the maps and plans of a folder. If
+    one cannot be read, the others are still read; the exit code is then 1. What the
+    journal in OUT has as read is not read again; pianta collect makes one table.
 
     Rooms of plans get the names that are written in them, from which their labels
     follow; several floors on a plan get a folder each, floor-1, floor-2, ….
@@ -260,10 +281,14 @@ def read_maps(
     extras = _Extras(clean, explain)
     extras.check(maps, method)
     named, links = _parse_building(storeys, stairs, lifts, len(maps))
-    if len(maps) == 1 and named is None:
+    if named is not None:
+        readings = _read_storeys(maps, out, options, named, links, walls=walls, graph=graph, jobs=jobs, quiet=quiet)
+    elif len(maps) == 1 and not is_collection(maps[0]):
         readings = [_read_one(maps[0], out, options, extras, walls=walls, graph=graph, quiet=quiet)]
     else:
-        readings = _read_several(maps, out, options, named, links, walls=walls, graph=graph, jobs=jobs, quiet=quiet)
+        how = _BatchOptions(walls, graph, jobs, resume, retry_failed, shard, time_limit)
+        _read_several(maps, out, options, how, json_file, quiet=quiet)
+        return
     _finish(readings, out, json_file, expected=len(maps))
 
 
@@ -290,11 +315,78 @@ def _finish(readings: Sequence[Reading], out: Path, json_file: Path | None, *, e
         raise typer.Exit(1)
 
 
+@dataclass(frozen=True)
+class _BatchOptions:
+    """The options of `read_batch` besides those of `read`."""
+
+    walls: bool
+    graph: bool
+    jobs: int
+    resume: bool
+    retry_failed: bool
+    shard: str | None
+    time_limit: float | None
+
+
 def _read_several(
+    maps: Sequence[str], out: Path, options: ReadOptions, how: _BatchOptions, json_file: Path | None, *, quiet: bool
+) -> None:
+    """Read each file that the journal does not have as read; the exit code is 1 if any has failed."""
+    items: list[BatchItem] = []
+    with counting_batch(quiet=quiet) as (progress, add_failure):
+        for item in read_batch(
+            maps,
+            out=out,
+            jobs=how.jobs,
+            resume=how.resume,
+            only_failed=how.retry_failed,
+            shard=how.shard,
+            time_limit=how.time_limit,
+            walls=how.walls,
+            graph=how.graph,
+            describe=describe_for_journal,
+            progress=progress,
+            **options,
+        ):
+            items.append(replace(item, description=item.description if json_file else None))
+            if item.fault is not None:
+                print_error(PiantaError(item.fault))
+                add_failure()
+            elif item.is_new and not quiet:
+                for line in item.description["lines"]:
+                    print_result(line)
+    described = [item.description["file"] for item in items if item.description]
+    write_json({"files": described}, json_file)
+    failed = Counter(item.group for item in items if item.fault is not None)
+    if not quiet:
+        _print_counts(items, failed)
+    if failed:
+        raise typer.Exit(1)
+
+
+def describe_for_journal(reading: Reading) -> dict[str, object]:
+    """The lines that are printed for a file, and its part of the JSON."""
+    (described,) = describe_readings([(reading, reading.folder or Path())])["files"]
+    return {"lines": _list_lines(reading), "file": described}
+
+
+def _print_counts(items: Sequence[BatchItem], failed: Counter[str]) -> None:
+    """How many files were read, now and before, and how many have failed for which kind of reason."""
+    before = sum(not item.is_new for item in items)
+    line = f"{len(items) - failed.total()} of {count_noun(len(items), 'file')} read"
+    if before:
+        line += f", {before} of them before; --no-resume reads them again"
+    print_result(line)
+    if failed.total() > 1:
+        listed = ", ".join(f"{group} {count}" for group, count in failed.most_common())
+        print_result(f"faults: {listed}")
+
+
+def _read_storeys(
     maps: Sequence[str],
     out: Path,
     options: ReadOptions,
-    named: Sequence[tuple[str, float | None]] | None,
+    named: Sequence[tuple[str, float | None]],
     links: Sequence[Link],
     *,
     walls: bool,
@@ -302,16 +394,16 @@ def _read_several(
     jobs: int,
     quiet: bool,
 ) -> list[Reading]:
-    """Read each file and print a line for it; with the names of storeys, join them to a building, if all are read."""
+    """Read each file, a storey, and print a line for it; join them to a building, if all are read."""
     with counting_files(maps, quiet=quiet) as progress:
-        names = [name for name, _ in named] if named else None
+        names = [name for name, _ in named]
         results = read_all(
             maps, out=out, names=names, walls=walls, graph=graph, jobs=jobs, progress=progress, **options
         )
         readings = [each for each in results if _print_one_of_several(each, quiet=quiet) and isinstance(each, Reading)]
     if not quiet:
         print_result(f"{len(readings)} of {len(maps)} files read")
-    if named and len(readings) == len(maps):
+    if len(readings) == len(maps):
         as_storeys = [
             Storey(reading.floor, name, elevation, reading.grid, area_trust=reading.storeys[0].area_trust)
             for reading, (name, elevation) in zip(readings, named, strict=True)
@@ -432,12 +524,20 @@ def _print_one_of_several(result: Reading | Failure, *, quiet: bool) -> bool:
     if isinstance(result, Failure):
         print_error(result.error)
         return False
-    for storey in () if quiet else result.storeys:
-        building_type = f", {_name_type(storey.floor)}" if storey.candidate_types else ""
-        folder = (result.folder or Path()) / storey.name
-        described = f"{describe_floor(storey.floor, storey.area_trust)}{building_type}, in {folder}"
-        print_result("; ".join([described, *storey.messages]))
+    for line in () if quiet else _list_lines(result):
+        print_result(line)
     return True
+
+
+def _list_lines(reading: Reading) -> list[str]:
+    """A line for each storey of one of several files."""
+    lines = []
+    for storey in reading.storeys:
+        building_type = f", {_name_type(storey.floor)}" if storey.candidate_types else ""
+        folder = (reading.folder or Path()) / storey.name
+        described = f"{describe_floor(storey.floor, storey.area_trust)}{building_type}, in {folder}"
+        lines.append("; ".join([described, *storey.messages]))
+    return lines
 
 
 def _name_type(floor: Floor) -> str:

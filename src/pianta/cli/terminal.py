@@ -157,6 +157,25 @@ def counting_files(files: Sequence[str], *, quiet: bool = False) -> Iterator[Cal
         yield move
 
 
+@contextmanager
+def counting_batch(*, quiet: bool = False) -> Iterator[tuple[Callable[[int, int], None], Callable[[], None]]]:
+    """A progress bar with rate and remaining time, the function that moves it, and the one that counts a failure."""
+    failures = 0
+    with _make_bar(quiet=quiet, with_rate=True) as bar:
+        task = bar.add_task("", total=None, rate="")
+
+        def move(done: int, total: int) -> None:
+            speed = bar.tasks[task].speed
+            bar.update(task, completed=done, total=total, rate=f"{speed:.2f} files/s" if speed else "")
+
+        def add_failure() -> None:
+            nonlocal failures
+            failures += 1
+            bar.update(task, description=f"{failures} failed")
+
+        yield move, add_failure
+
+
 def track_items(items: Sequence[str], *, quiet: bool = False) -> Iterator[str]:
     """Names or paths one by one, with a progress bar on stderr if that is a terminal, unless quiet."""
     with counting_files(items, quiet=quiet) as move:
@@ -165,14 +184,15 @@ def track_items(items: Sequence[str], *, quiet: bool = False) -> Iterator[str]:
             yield item
 
 
-def _make_bar(*, quiet: bool) -> Progress:
+def _make_bar(*, quiet: bool, with_rate: bool = False) -> Progress:
     """A progress bar on stderr that vanishes at its end; disabled if quiet, or if stderr is no terminal."""
-    from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn
+    from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
     from rich.progress import Progress as Bar
 
     columns = TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn()
+    rate = TextColumn("{task.fields[rate]}", markup=False), TimeRemainingColumn()
     return Bar(
-        *columns,
+        *(*columns, *(rate if with_rate else ())),
         console=stderr,
         transient=True,
         # Output to a pipe must not be drawn into the terminal.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import signal
 import threading
 from collections import Counter
@@ -17,6 +18,7 @@ from pianta.errors import OptionError, PiantaError
 from pianta.io._files import find_output_fault, one_line_reason, short_repr
 
 MAX_LISTED = 3  # older outputs in a message
+_REMAINS = re.compile(r"\.pianta-[0-9a-f]{16}")
 
 
 def check_output_folder(folder: Path) -> None:
@@ -38,15 +40,20 @@ def check_output_folder(folder: Path) -> None:
 def atomic_folder(folder: Path) -> Iterator[Path]:
     """A temporary folder; if the block succeeds, its files move into `folder`, over older files of the same names.
 
-    If the block fails, even by KeyboardInterrupt, `folder` stays as it was, or is not created.
+    If the block fails, even by KeyboardInterrupt, `folder` stays as it was, or is not created. A new folder appears
+    with all its files at once, even if the process is killed.
 
     Raises PiantaError, in one line, for every OSError of the block and if a folder has the name of a file.
     """
     new_folders = [path for path in (folder, *folder.parents) if not path.exists()]
-    temporary = folder / f".pianta-{token_hex(8)}"
+    is_new = folder in new_folders
+    temporary = (folder.parent if is_new else folder) / f".pianta-{token_hex(8)}"
     try:
         temporary.mkdir(parents=True)
         yield temporary
+        if is_new and not folder.exists():
+            temporary.rename(folder)
+            return
         moves = {file: folder / file.name for file in sorted(temporary.iterdir())}
         for target in moves.values():
             fault = find_output_fault(target, remedy="give another output folder")
@@ -62,6 +69,13 @@ def atomic_folder(folder: Path) -> Iterator[Path]:
         for path in new_folders:
             with suppress(OSError):  # not empty if the block succeeded
                 path.rmdir()
+
+
+def remove_remains(folder: Path) -> None:
+    """Remove what a killed process has left in a folder of results."""
+    for remains in folder.glob(".pianta-*") if folder.is_dir() else ():
+        if _REMAINS.fullmatch(remains.name):
+            rmtree(remains, ignore_errors=True)
 
 
 @contextmanager

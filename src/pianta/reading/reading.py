@@ -380,7 +380,7 @@ def check_clean_map(path: str | Path, target: str | Path, folder: str | Path | N
     results = [] if folder is None else [Path(folder) / name for name in (*OUTPUTS, EXPLANATION)]
     for written in list_saved_files(target):
         check_output_file(written, "clean map")
-        if any(_is_same_file(written, file) for file in _list_inputs(path)):
+        if any(_is_same_file(written, file) for file in list_input_files(path)):
             raise OptionError(f"clean map {short_repr(written)} would replace the map that is read, give another name")
         if any(_is_same_file(written, result) for result in results):
             raise OptionError(f"clean map {short_repr(written)} would replace a result, give another name")
@@ -396,7 +396,7 @@ def _is_same_file(one: Path, other: Path) -> bool:
 
 def check_output(path: str | Path, folder: str | Path, *, names: Sequence[str] = OUTPUTS) -> None:
     """Raise OptionError if a result in a folder, one of the names, would replace the file that is read or its image."""
-    for file in _list_inputs(path):
+    for file in list_input_files(path):
         if file.name in names and real_path(file).parent == real_path(folder):
             raise OptionError(f"map {short_repr(file)} would be replaced by a result, give another output folder")
 
@@ -428,7 +428,7 @@ def _check_corrections_stayed(folder: Path, previous: tuple[Correction, ...]) ->
         )
 
 
-def _list_inputs(path: str | Path) -> list[Path]:
+def list_input_files(path: str | Path) -> list[Path]:
     """The file that is read, and the image of a map.yaml."""
     file = Path(path)
     if file.suffix.lower() not in {".yaml", ".yml"}:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from pianta._types import Colors, Floats, Mask
 from pianta.plan.sheets.sheet import PlacedText, Sheet
-from pianta.plan.text.detection import find_boxes, text_reader
+from pianta.plan.text.detection import find_boxes, release_memory, text_reader
 
 LINE_PX = 48  # px of the height of a line that the recogniser takes
 
@@ -71,6 +71,7 @@ def read_texts(colors: Colors) -> tuple[PlacedText, ...]:
         bgr = np.ascontiguousarray(bgr[:, ::-1])
         mirrored = [_place_text(bgr, _mirrored_box(box, bgr.shape[1])) for box in boxes]
         read = [text and replace(text, corners=_mirrored_corners(text.corners, bgr.shape[1])) for text in mirrored]
+    release_memory()
     placed = [text for text in read if text]
     return tuple(sorted(_without_symbols(placed), key=lambda text: tuple(text.middle)))
 

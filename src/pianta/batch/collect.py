@@ -1,0 +1,185 @@
+"""One table of all buildings that were read into a folder: GeoParquet of buildings, rooms and doors."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from shapely import unary_union
+
+from pianta.batch.journal import Entry, read_journals
+from pianta.building import Building, Storey
+from pianta.errors import OptionError, PiantaError
+from pianta.io._files import short_repr
+from pianta.io._folders import atomic_folder, check_output_folder
+from pianta.io.building_folders import read_building_folder
+
+if TYPE_CHECKING:
+    from geopandas import GeoDataFrame
+
+TABLES = ("buildings", "rooms", "doors")
+# Columns of each table besides the geometry, with the types that pandas gives them also where all values are missing
+COLUMNS: Mapping[str, Mapping[str, str]] = {
+    "buildings": {
+        "building": "string",
+        "storey": "string",
+        "file": "string",
+        "building_type": "string",
+        "probability": "float64",
+        "rooms": "int64",
+        "doors": "int64",
+        "area": "float64",
+        "area_trust": "string",
+        "seconds": "float64",
+        "version": "string",
+    },
+    "rooms": {
+        "building": "string",
+        "storey": "string",
+        "id": "int64",
+        "number": "string",
+        "name": "string",
+        "label": "string",
+        "label_probability": "float64",
+        "area": "float64",
+        "partial": "bool",
+        "probability": "float64",
+        "flag": "string",
+        "global_id": "string",
+    },
+    "doors": {
+        "building": "string",
+        "storey": "string",
+        "room": "int64",
+        "other_room": "Int64",
+        "width": "float64",
+        "kind": "string",
+        "probability": "float64",
+        "global_id": "string",
+    },
+}
+Row = dict[str, Any]
+
+
+def collect_batch(folder: str | Path, out: str | Path | None = None) -> dict[str, Path]:
+    """Write buildings.parquet, rooms.parquet and doors.parquet of all files that were read into a folder.
+
+    Each storey is a row of buildings; geometries are metres in the frame of its own map, so rooms of two buildings may
+    lie over each other. Of a door to no room `other_room` is missing.
+
+    Parameters
+    ----------
+    folder
+        That of `read_batch`, with its journals.
+    out
+        Where the tables are written; None for the same folder.
+
+    Returns
+    -------
+    dict of Path
+        The file of each table.
+
+    Raises
+    ------
+    OptionError
+        There is no journal, or one is in use; geopandas is not installed.
+    PiantaError
+        The results of a file that was read are missing or damaged.
+
+    Examples
+    --------
+    >>> import pianta
+    >>> pianta.make_world("corridor")[1].save("map.yaml")
+    >>> _ = [*pianta.read_batch(["."], out="buildings", labels=False)]
+    >>> import geopandas
+    >>> len(geopandas.read_parquet(pianta.collect_batch("buildings")["rooms"]))
+    19
+    """
+    target = Path(folder if out is None else out)
+    check_output_folder(target)
+    entries = [entry for entry in read_journals(Path(folder)) if entry.is_done]
+    if not entries:
+        raise OptionError(f"the journal of {short_repr(folder)} has no file that was read, so there is no table")
+    rows: dict[str, list[Row]] = {table: [] for table in TABLES}
+    for entry in sorted(entries, key=lambda entry: entry.folder):
+        for storey in _read_results(Path(folder), entry):
+            rows["buildings"].append(_describe_storey(storey, entry))
+            rows["rooms"] += _list_rooms(storey, entry)
+            rows["doors"] += _list_doors(storey, entry)
+    with atomic_folder(target) as new:
+        for table in TABLES:
+            _make_table(table, rows[table]).to_parquet(new / f"{table}.parquet", index=False)
+    return {table: target / f"{table}.parquet" for table in TABLES}
+
+
+def _read_results(folder: Path, entry: Entry) -> Building:
+    """The building that was read from a file."""
+    try:
+        return read_building_folder(folder / entry.folder)
+    except PiantaError as error:
+        raise type(error)(f"{error}; read the file again with --no-resume") from None
+
+
+def _describe_storey(storey: Storey, entry: Entry) -> Row:
+    floor = storey.floor
+    types = floor.building_types
+    return {
+        "building": entry.folder,
+        "storey": storey.name,
+        "file": entry.path,
+        "building_type": types[0] if types else None,
+        "probability": floor.building_type[types[0]] if types else None,
+        "rooms": len(floor.rooms),
+        "doors": len(floor.doors),
+        "area": sum(room.polygon.area for room in floor),
+        "area_trust": storey.area_trust.name.lower(),
+        "seconds": entry.seconds,
+        "version": entry.version,
+        "geometry": unary_union([room.polygon for room in floor]),
+    }
+
+
+def _list_rooms(storey: Storey, entry: Entry) -> Iterator[Row]:
+    for room in storey.floor:
+        yield {
+            "building": entry.folder,
+            "storey": storey.name,
+            "id": room.id,
+            "number": room.number,
+            "name": room.name,
+            "label": room.label,
+            "label_probability": room.label_probability,
+            "area": room.polygon.area,
+            "partial": room.partial,
+            "probability": room.probability,
+            "flag": room.flag,
+            "global_id": room.global_id,
+            "geometry": room.polygon,
+        }
+
+
+def _list_doors(storey: Storey, entry: Entry) -> Iterator[Row]:
+    for door in storey.floor.doors:
+        room, other_room = door.rooms
+        yield {
+            "building": entry.folder,
+            "storey": storey.name,
+            "room": room,
+            "other_room": other_room,
+            "width": door.width,
+            "kind": door.kind,
+            "probability": door.probability,
+            "global_id": door.global_id,
+            "geometry": door.line,
+        }
+
+
+def _make_table(table: str, rows: list[Row]) -> GeoDataFrame:
+    try:
+        from geopandas import GeoDataFrame
+    except ImportError:
+        raise OptionError("geopandas is not installed, install it with: pip install 'pianta[geo]'") from None
+    columns = COLUMNS[table]
+    frame = GeoDataFrame(rows, columns=[*columns, "geometry"], geometry="geometry")
+    return frame.astype(dict(columns))

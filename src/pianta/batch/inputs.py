@@ -1,0 +1,89 @@
+"""The maps and plans that folders and patterns stand for."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Iterable, Iterator
+from glob import glob, has_magic
+from pathlib import Path
+
+from pianta.errors import OptionError
+from pianta.io._files import one_line_reason, real_path, short_repr
+from pianta.io.bags import is_bag
+from pianta.io.graphs import FLOOR_FILE
+from pianta.io.maps import JSON_SUFFIX, MAP_SUFFIXES
+from pianta.io.ros_maps import YAML_SUFFIXES, find_map_image
+from pianta.plan.sheets.map_or_plan import PLAN_SUFFIXES
+
+# JSON files are read if they are given themselves: most in folders are no maps
+SUFFIXES = tuple(suffix for suffix in dict.fromkeys([*MAP_SUFFIXES, *PLAN_SUFFIXES]) if suffix != JSON_SUFFIX)
+_IMAGE_LINE = re.compile(rb"^\s*[\"']?image[\"']?\s*:", re.MULTILINE)
+HEAD_BYTES = 65536  # of a YAML file, in which a map names its image
+
+
+def list_inputs(paths: Iterable[str | Path]) -> list[Path]:
+    """The files of maps and plans, each once, in the given order.
+
+    A pattern with *, ? or [ ] stands for the files and folders that match, sorted, ** for any folders; a folder for the
+    maps and plans in it and its subfolders. Of a folder hidden files, results of `pianta read`, images that a map.yaml
+    names, and YAML files without an image are left out.
+    Raises OptionError, in one line, for a pattern that nothing matches and a folder without a map or plan.
+    """
+    files: dict[Path, Path] = {}
+    for path in [match for pattern in paths for match in _expand(pattern)]:
+        inside = [*_list_folder(path)] if path.is_dir() and not is_bag(path) else [path]
+        if not inside:
+            raise OptionError(
+                f"folder {short_repr(path)} has no map or plan, give one with a map.yaml, pictures or drawings"
+            )
+        for file in inside:
+            files.setdefault(real_path(file), file)
+    return [*files.values()]
+
+
+def is_collection(path: str | Path) -> bool:
+    """Whether a path stands for several files: a folder that is no bag, or a pattern."""
+    if os.path.lexists(path):
+        return Path(path).is_dir() and not is_bag(Path(path))
+    return has_magic(str(path))
+
+
+def _expand(pattern: str | Path) -> list[Path]:
+    """The paths that match a pattern; the path itself if it exists, or has no pattern."""
+    if not has_magic(str(pattern)) or os.path.lexists(pattern):
+        return [Path(pattern)]
+    matches = [Path(match) for match in sorted(glob(str(pattern), recursive=True))]  # noqa: PTH207 - Path.glob takes no absolute pattern
+    if not matches:
+        raise OptionError(f"nothing matches {short_repr(pattern)}, check the pattern")
+    return matches
+
+
+def _list_folder(folder: Path) -> Iterator[Path]:
+    for name, folders, names in os.walk(folder, onerror=_refuse_folder):
+        if FLOOR_FILE in names:
+            folders.clear()
+            continue
+        bags = [inner for inner in folders if is_bag(Path(name, inner))]
+        folders[:] = sorted(inner for inner in folders if not inner.startswith(".") and inner not in bags)
+        files = [Path(name, file) for file in names if not file.startswith(".")]
+        maps = [file for file in files if file.suffix.lower() in YAML_SUFFIXES and _names_image(file)]
+        images = {real_path(image) for image in map(find_map_image, maps) if image}
+        others = [
+            file for file in files if file.suffix.lower() in SUFFIXES and file.suffix.lower() not in YAML_SUFFIXES
+        ]
+        chosen = [*maps, *(file for file in others if real_path(file) not in images)]
+        yield from sorted([*chosen, *(Path(name, bag) for bag in bags)])
+
+
+def _refuse_folder(error: OSError) -> None:
+    raise OptionError(f"folder {short_repr(error.filename)} cannot be listed: {one_line_reason(error)}")
+
+
+def _names_image(file: Path) -> bool:
+    """Whether a YAML file names an image, as that of a map does."""
+    try:
+        with file.open("rb") as opened:
+            return bool(_IMAGE_LINE.search(opened.read(HEAD_BYTES)))
+    except OSError:
+        return True

@@ -1,0 +1,138 @@
+"""The journal of a batch: which files are done, which failed and why, in an SQLite file in the output folder."""
+
+from __future__ import annotations
+
+import sqlite3
+from collections.abc import Iterator
+from dataclasses import astuple, dataclass
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+from pianta.errors import OptionError
+from pianta.io._files import one_line_reason, short_repr
+
+JOURNAL = "journal.sqlite"
+PATTERN = "journal*.sqlite"
+APPLICATION_ID = 0x7069616E  # "pian", in the header of the file
+FORMAT = 1
+
+
+@dataclass(frozen=True)
+class Entry:
+    """What became of a file.
+
+    path: of the file. folder: of its results, in the output folder. inputs: sizes and times of the file and what it
+    refers to. options: the digest of the options it was read with. version: of pianta. seconds: of the reading.
+    group, fault: as of `Fault`, empty if it was read. description: JSON, of whoever reads.
+    """
+
+    path: str
+    folder: str
+    inputs: str
+    options: str
+    version: str
+    seconds: float
+    group: str = ""
+    fault: str = ""
+    description: str = ""
+
+    @property
+    def is_done(self) -> bool:
+        """Whether the file was read."""
+        return not self.group
+
+
+_CREATE = """create table if not exists entries (
+    path text primary key, folder text not null, inputs text not null, options text not null, version text not null,
+    seconds real not null, "group" text not null, fault text not null, description text not null)"""
+_RECORD = "insert or replace into entries values (?, ?, ?, ?, ?, ?, ?, ?, ?)"
+_SELECT = """select path, folder, inputs, options, version, seconds, "group", fault, description
+    from entries order by path"""
+
+
+class Journal:
+    """The journal of one batch, which one program at a time can write.
+
+    Each entry is on the disk when `record` returns. The write-ahead log has no shared memory, so that the file may lie
+    on a network disk.
+    """
+
+    def __init__(self, file: Path) -> None:
+        self.file = file
+        try:
+            self._connection = sqlite3.connect(file, timeout=0, isolation_level=None)
+            self._connection.execute("pragma locking_mode = exclusive")
+            self._connection.execute("pragma journal_mode = wal")
+            self._connection.execute("pragma synchronous = full")
+            self._connection.execute("begin immediate")
+            self._check_format()
+            self._connection.execute(_CREATE)
+            self._connection.execute("commit")
+        except sqlite3.Error as error:
+            raise _as_option_error(file, error) from None
+
+    def _check_format(self) -> None:
+        (application,), (version,) = (
+            self._connection.execute(f"pragma {name}").fetchone() for name in ("application_id", "user_version")
+        )
+        if (application, version) == (0, 0) and not self._connection.execute("select 1 from sqlite_master").fetchone():
+            self._connection.execute(f"pragma application_id = {APPLICATION_ID}")
+            self._connection.execute(f"pragma user_version = {FORMAT}")
+        elif (application, version) != (APPLICATION_ID, FORMAT):
+            self._connection.execute("rollback")
+            raise OptionError(f"file {short_repr(self.file)} is no journal of this pianta, give another output folder")
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, _type: type[BaseException] | None, _error: BaseException | None, _traceback: TracebackType | None
+    ) -> None:
+        self._connection.close()
+
+    def read_entries(self) -> dict[str, Entry]:
+        """The last entry of each file, by its path."""
+        try:
+            return {entry.path: entry for entry in _select_entries(self._connection)}
+        except sqlite3.Error as error:
+            raise _as_option_error(self.file, error) from None
+
+    def record(self, entry: Entry) -> None:
+        """Write an entry, over the one before of the same file."""
+        try:
+            self._connection.execute(_RECORD, astuple(entry))
+        except sqlite3.Error as error:
+            raise _as_option_error(self.file, error) from None
+
+
+def read_journals(folder: Path) -> list[Entry]:
+    """The entries of all journals of a folder, in the order of their paths; of a file with several, one that was read.
+
+    Raises OptionError without a journal, and for one that is damaged or being written.
+    """
+    files = sorted(folder.glob(PATTERN)) if folder.is_dir() else []
+    if not files:
+        raise OptionError(f"folder {short_repr(folder)} has no {JOURNAL}, read files into it first")
+    entries: dict[str, Entry] = {}
+    for file in files:
+        with Journal(file) as journal:
+            for path, entry in journal.read_entries().items():
+                if path not in entries or entry.is_done:
+                    entries[path] = entry
+    return [entries[path] for path in sorted(entries)]
+
+
+def _select_entries(connection: sqlite3.Connection) -> Iterator[Entry]:
+    for row in connection.execute(_SELECT):
+        yield Entry(*row)
+
+
+def _as_option_error(file: Path, error: sqlite3.Error) -> OptionError:
+    if "locked" in str(error):
+        return OptionError(
+            f"journal {short_repr(file)} is in use by another pianta, wait for it or give another folder"
+        )
+    return OptionError(
+        f"journal {short_repr(file)} cannot be used: {one_line_reason(error)}; remove it, and all files are read again"
+    )

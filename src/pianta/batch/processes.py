@@ -1,0 +1,125 @@
+"""Work on many items in processes: one that crashes, hangs or runs out of memory stops nothing."""
+
+from __future__ import annotations
+
+import multiprocessing
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, wait
+from dataclasses import dataclass
+from time import perf_counter
+from traceback import format_exception
+from typing import Generic, TypeVar
+
+from pianta.errors import PiantaError
+
+Item = TypeVar("Item")
+Result = TypeVar("Result")
+
+MAX_TRIES = 2  # of an item whose process ended: another program may have killed it, or another item filled the memory
+QUEUED_PER_JOB = 2  # items that are handed out, so that no process waits, and memory does not grow with the batch
+
+
+@dataclass(frozen=True)
+class Fault:
+    """Why an item has no result.
+
+    group: what faults are counted by: the noun of a PiantaError, such as "map", or "killed", "time", "memory",
+    "unforeseen". message: one line. report: the traceback of an unforeseen fault.
+    """
+
+    group: str
+    message: str
+    report: str = ""
+
+
+@dataclass(frozen=True)
+class Outcome(Generic[Item, Result]):
+    """An item with its result or its fault; seconds: of its last try."""
+
+    item: Item
+    result: Result | None
+    fault: Fault | None
+    seconds: float
+
+
+def run_items(
+    work: Callable[[Item], Result], items: Sequence[Item], *, jobs: int, time_limit: float | None = None
+) -> Iterator[Outcome[Item, Result]]:
+    """The outcome of each item, in the order in which they end.
+
+    work: a function of a module, which processes can import. jobs: processes; with 1 the items run in this one, where
+    nothing can end a hanging item. time_limit: seconds for an item, None for no limit.
+    """
+    if jobs == 1:
+        for item in items:
+            yield _guard(work, item)
+        return
+    yield from _run_in_processes(work, items, jobs, time_limit)
+
+
+def _guard(work: Callable[[Item], Result], item: Item) -> Outcome[Item, Result]:
+    """The outcome of an item; its exceptions, but not Ctrl+C, are faults."""
+    start = perf_counter()
+    result, fault = None, None
+    try:
+        result = work(item)
+    except Exception as error:  # whatever is unforeseen in an item must not end the batch
+        fault = describe_fault(error)
+    return Outcome(item, result, fault, perf_counter() - start)
+
+
+def describe_fault(error: Exception) -> Fault:
+    """The fault of an exception; that of a PiantaError is its own line."""
+    if isinstance(error, PiantaError):
+        return Fault(type(error).__name__.removesuffix("Error").lower(), str(error))
+    if isinstance(error, MemoryError):
+        return Fault("memory", "it needs more memory than there is, read it on a larger machine")
+    reason = " ".join(str(error).split())[:200]
+    message = f"an unforeseen fault, {type(error).__name__}{reason and ': '}{reason}"
+    return Fault("unforeseen", message, "".join(format_exception(error)))
+
+
+def _run_in_processes(
+    work: Callable[[Item], Result], items: Sequence[Item], jobs: int, time_limit: float | None
+) -> Iterator[Outcome[Item, Result]]:
+    """The outcomes from processes; one that ends is replaced, and its item tried again."""
+    from pebble import ProcessPool
+
+    waiting = [*reversed(items)]
+    tries: dict[int, int] = {}
+    running: dict[Future[Outcome[Item, Result]], Item] = {}
+    # A forked process would inherit the threads' locks of OpenCV and BLAS
+    pool = ProcessPool(max_workers=jobs, context=multiprocessing.get_context("spawn"))
+    try:
+        while waiting or running:
+            while waiting and len(running) < QUEUED_PER_JOB * jobs:
+                item = waiting.pop()
+                running[pool.schedule(_guard, args=[work, item], timeout=time_limit)] = item
+            done, _ = wait(running, return_when=FIRST_COMPLETED)
+            for future in done:
+                item = running.pop(future)
+                outcome = _collect(future, item, time_limit)
+                tries[id(item)] = tries.get(id(item), 0) + 1
+                if outcome.fault and outcome.fault.group == "killed" and tries[id(item)] < MAX_TRIES:
+                    waiting.append(item)
+                else:
+                    yield outcome
+    finally:
+        # What still runs is not waited for: nothing of it is half-written
+        pool.stop()
+        pool.join()
+
+
+def _collect(future: Future[Outcome[Item, Result]], item: Item, time_limit: float | None) -> Outcome[Item, Result]:
+    """The outcome that a process gave, or how it ended."""
+    from pebble import ProcessExpired
+
+    try:
+        return future.result()
+    except TimeoutError:
+        fault = Fault("time", f"it took longer than {time_limit:g} s")
+    except ProcessExpired as error:
+        fault = Fault("killed", f"its process ended with code {error.exitcode}, {MAX_TRIES} times")
+    except Exception as error:  # such as a result that cannot be pickled
+        fault = describe_fault(error)
+    return Outcome(item, None, fault, time_limit or 0.0)

@@ -1,0 +1,329 @@
+"""Batches: folders of maps, a journal of what is done, processes that may die, parts for several machines, tables."""
+
+import json
+import os
+import signal
+import sqlite3
+import subprocess
+import sys
+import time
+from collections import Counter
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import pianta
+from pianta.batch.inputs import list_inputs
+from pianta.batch.journal import Entry, Journal, read_journals
+from pianta.batch.processes import Fault, run_items
+from pianta.errors import OptionError
+from pianta.gridmap import FREE, OCCUPIED, GridMap
+from pianta.io._folders import atomic_folder, remove_remains
+from pianta.reading._reader import Reader
+from pianta.reading.reading import OUTPUTS, Reading
+from tests.command_line import list_files, run_pianta
+
+
+def make_map(rooms: int = 2) -> GridMap:
+    """Rooms of 4 × 4 m side by side, with doors of 1 m between them."""
+    cells = np.full((84, 4 + 80 * rooms), OCCUPIED, np.int8)
+    for room in range(rooms):
+        cells[4:80, 4 + 80 * room : 80 + 80 * room] = FREE
+        if room:
+            cells[30:50, 80 * room - 1 : 80 * room + 5] = FREE
+    return GridMap(cells, 0.05)
+
+
+@pytest.fixture
+def maps(tmp_path: Path) -> Path:
+    """A folder with three maps and one that is broken."""
+    folder = tmp_path / "maps"
+    for name in ("a", "b", "c"):
+        (folder / name).mkdir(parents=True)
+        make_map().save(folder / name / f"{name}.yaml")
+    (folder / "broken.npz").write_text("no archive")
+    return folder
+
+
+def read(maps: Path, out: Path, **options) -> dict[str, pianta.BatchItem]:
+    items = [*pianta.read_batch([maps], out=out, labels=False, **options)]
+    assert len({item.path for item in items}) == len(items)
+    return {item.path.stem: item for item in items}
+
+
+def list_new(items: dict[str, pianta.BatchItem]) -> set[str]:
+    return {name for name, item in items.items() if item.is_new}
+
+
+class TestInputs:
+    def test_a_folder_stands_for_its_maps_and_plans(self, maps):
+        (maps / "notes.txt").write_text("no map")
+        (maps / "settings.yaml").write_text("speed: 1\n")
+        (maps / ".hidden.npz").write_text("hidden")
+        (maps / "a" / "plan.pdf").write_text("a plan")
+        results = maps / "results"
+        results.mkdir()
+        (results / "floor.geojson").write_text("{}")
+        (results / "picture.png").write_text("")
+        names = [str(path.relative_to(maps)) for path in list_inputs([maps])]
+        assert names == ["broken.npz", "a/a.yaml", "a/plan.pdf", "b/b.yaml", "c/c.yaml"]
+
+    def test_a_pattern_stands_for_what_matches(self, maps):
+        assert [path.name for path in list_inputs([f"{maps}/**/[ab].yaml", maps / "a" / "a.yaml"])] == [
+            "a.yaml",
+            "b.yaml",
+        ]
+
+    def test_a_name_with_brackets_is_no_pattern_if_it_exists(self, tmp_path):
+        file = tmp_path / "map[1].npz"
+        make_map().save(file)
+        assert list_inputs([file]) == [file]
+
+    def test_nothing_to_read_is_an_error(self, tmp_path):
+        with pytest.raises(OptionError, match=r"nothing matches '.*\*\.yaml', check the pattern"):
+            list_inputs([f"{tmp_path}/*.yaml"])
+        with pytest.raises(OptionError, match=r"has no map or plan, give one with a map\.yaml"):
+            list_inputs([tmp_path])
+
+
+class TestResume:
+    def test_what_was_read_is_not_read_again(self, maps, tmp_path):
+        first = read(maps, tmp_path / "out")
+        assert list_new(first) == {"a", "b", "c", "broken"}
+        assert first["broken"].group == "map"
+        assert "broken.npz' is no NumPy archive" in (first["broken"].fault or "")
+        before = list_files(tmp_path / "out" / "a")
+        second = read(maps, tmp_path / "out")
+        assert list_new(second) == {"broken"}
+        assert second["a"].fault is None
+        assert list_files(tmp_path / "out" / "a") == before
+        assert before.keys() == set(OUTPUTS)
+
+    def test_what_has_changed_is_read_again(self, maps, tmp_path):
+        read(maps, tmp_path / "out")
+        make_map(3).save(maps / "b" / "b.yaml")
+        (tmp_path / "out" / "c" / "floor.geojson").unlink()
+        for file in (tmp_path / "out" / "c").iterdir():
+            file.unlink()
+        (tmp_path / "out" / "c").rmdir()
+        assert list_new(read(maps, tmp_path / "out")) == {"b", "c", "broken"}
+        assert len(pianta.read_floor(tmp_path / "out" / "b" / "floor.geojson")) == 3
+
+    def test_other_options_and_versions_and_no_resume_read_all_again(self, maps, tmp_path, monkeypatch):
+        read(maps, tmp_path / "out")
+        everything = {"a", "b", "c", "broken"}
+        assert list_new(read(maps, tmp_path / "out", walls=True)) == everything
+        assert list_new(read(maps, tmp_path / "out", walls=True, resume=False)) == everything
+        monkeypatch.setattr("pianta.batch.read_batch.__version__", "99")
+        assert list_new(read(maps, tmp_path / "out", walls=True)) == everything
+
+    def test_only_failed_reads_no_new_files(self, maps, tmp_path):
+        read(maps, tmp_path / "out")
+        make_map().save(maps / "broken.npz")
+        make_map().save(maps / "new.npz")
+        mended = read(maps, tmp_path / "out", only_failed=True)
+        assert list_new(mended) == {"broken"}
+        assert mended["broken"].fault is None
+
+    def test_a_file_keeps_its_folder_when_names_repeat_later(self, maps, tmp_path):
+        read(maps, tmp_path / "out")
+        (maps / "d").mkdir()
+        make_map().save(maps / "d" / "a.yaml")
+        items = [*pianta.read_batch([maps], out=tmp_path / "out", labels=False)]
+        assert {(item.path.parent.name, item.folder.name) for item in items if item.path.stem == "a"} == {
+            ("a", "a"),
+            ("d", "d-a"),
+        }
+
+
+class TestFaults:
+    def test_an_unforeseen_fault_is_a_line_and_a_report(self, maps, tmp_path, monkeypatch):
+        usual = Reader.read
+
+        def fail_for_b(reader: Reader, path: str | Path) -> Reading:
+            if Path(path).stem == "b":
+                raise ZeroDivisionError("division\nby zero")
+            return usual(reader, path)
+
+        monkeypatch.setattr(Reader, "read", fail_for_b)
+        items = read(maps, tmp_path / "out")
+        report = tmp_path / "out" / "faults" / "b.txt"
+        assert items["b"].group == "unforeseen"
+        assert items["b"].fault == (
+            f"file '{maps / 'b' / 'b.yaml'}' cannot be read: an unforeseen fault, ZeroDivisionError: division by zero; "
+            f"report in {report}"
+        )
+        assert "fail_for_b" in report.read_text(encoding="utf-8")
+        assert items["c"].fault is None
+
+    @pytest.mark.slow
+    def test_a_process_that_dies_stops_nothing(self):
+        outcomes = {outcome.item: outcome for outcome in run_items(square_or_die, [*range(6)], jobs=2)}
+        assert {item: outcome.result for item, outcome in outcomes.items()} == {0: 0, 1: 1, 2: 4, 3: None, 4: 16, 5: 25}
+        assert outcomes[3].fault == Fault("killed", "its process ended with code -9, 2 times")
+
+    @pytest.mark.slow
+    def test_an_item_that_hangs_stops_nothing(self):
+        outcomes = {outcome.item: outcome for outcome in run_items(sleep_or_square, [0, 30, 3], jobs=2, time_limit=5)}
+        assert {item: outcome.result for item, outcome in outcomes.items()} == {0: 0, 30: None, 3: 9}
+        assert outcomes[30].fault == Fault("time", "it took longer than 5 s")
+
+    @pytest.mark.slow
+    def test_an_item_whose_process_was_killed_once_is_done_again(self, tmp_path):
+        items = [tmp_path / str(number) for number in range(4)]
+        outcomes = [*run_items(die_once, items, jobs=2)]
+        assert Counter(outcome.result for outcome in outcomes) == {"done": 4}
+
+    @pytest.mark.slow
+    def test_results_are_the_same_for_any_number_of_processes(self, maps, tmp_path):
+        for jobs in (1, 2):
+            read(maps, tmp_path / str(jobs), jobs=jobs)
+            (tmp_path / str(jobs) / "journal.sqlite").unlink()
+        assert list_files(tmp_path / "1") == list_files(tmp_path / "2")
+
+
+def square_or_die(number: int) -> int:
+    if number == 3:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return number**2
+
+
+def sleep_or_square(number: int) -> int:
+    if number == 30:
+        time.sleep(60)
+    return number**2
+
+
+def die_once(marker: Path) -> str:
+    if not marker.exists():
+        marker.write_text("tried")
+        os.kill(os.getpid(), signal.SIGKILL)
+    return "done"
+
+
+class TestShards:
+    def test_each_file_is_in_one_part(self, maps, tmp_path):
+        for name in "defghijk":
+            make_map().save(maps / f"{name}.npz")
+        parts = [set(read(maps, tmp_path / "out", shard=f"{number}/3")) for number in (1, 2, 3)]
+        assert sorted(name for part in parts for name in part) == sorted({*"abcdefghijk", "broken"})
+        assert sum(map(bool, parts)) > 1
+        assert len(read_journals(tmp_path / "out")) == 12
+
+    @pytest.mark.parametrize("shard", ["0/2", "3/2", "2", "1/0", "a/b", "1/2/3", "-1/2", "1/99999999"])
+    def test_impossible_parts_are_refused(self, maps, tmp_path, shard):
+        with pytest.raises(OptionError, match="give 1/8 … 8/8 for eight parts"):
+            read(maps, tmp_path / "out", shard=shard)
+        assert not (tmp_path / "out").exists()
+
+
+class TestJournal:
+    ENTRY = Entry("/maps/a.yaml", "a", "a.yaml 1 2", "0123", "0.2.0", 1.5, "map", "no map", "null")
+
+    def test_the_last_entry_of_a_file_counts(self, tmp_path):
+        with Journal(tmp_path / "journal.sqlite") as journal:
+            journal.record(self.ENTRY)
+            journal.record(Entry("/maps/a.yaml", "a", "a.yaml 1 3", "0123", "0.2.0", 2.5))
+        (entry,) = read_journals(tmp_path)
+        assert (entry.inputs, entry.is_done) == ("a.yaml 1 3", True)
+
+    def test_a_second_program_is_refused(self, tmp_path):
+        with Journal(tmp_path / "journal.sqlite"), pytest.raises(OptionError, match="is in use by another pianta"):
+            Journal(tmp_path / "journal.sqlite")
+
+    def test_a_damaged_journal_and_that_of_another_program_are_refused(self, tmp_path):
+        (tmp_path / "journal.sqlite").write_bytes(b"SQLite format 3\0" + b"x" * 5000)
+        with pytest.raises(OptionError, match=r"cannot be used: .*; remove it, and all files are read again"):
+            read_journals(tmp_path)
+        with sqlite3.connect(tmp_path / "journal-1-of-2.sqlite") as other:
+            other.execute("create table birds (name)")
+        with pytest.raises(OptionError, match="is no journal of this pianta"):
+            Journal(tmp_path / "journal-1-of-2.sqlite")
+
+    def test_a_folder_without_one_is_refused(self, tmp_path):
+        with pytest.raises(OptionError, match=r"has no journal\.sqlite, read files into it first"):
+            read_journals(tmp_path)
+
+
+class TestAtomicFolders:
+    def test_a_new_folder_appears_at_once(self, tmp_path):
+        with atomic_folder(tmp_path / "new") as folder:
+            (folder / "one.txt").write_text("1")
+            assert not (tmp_path / "new").exists()
+        assert list_files(tmp_path) == {"new/one.txt": b"1"}
+
+    def test_remains_of_a_killed_process_are_removed(self, tmp_path):
+        (tmp_path / ".pianta-0123456789abcdef").mkdir()
+        (tmp_path / ".pianta-notes").mkdir()
+        remove_remains(tmp_path)
+        assert [path.name for path in tmp_path.iterdir()] == [".pianta-notes"]
+
+
+class TestCollection:
+    def test_the_tables_have_all_rooms_and_doors(self, maps, tmp_path):
+        geopandas = pytest.importorskip("geopandas")
+        make_map(3).save(maps / "b" / "b.yaml")
+        read(maps, tmp_path / "out")
+        tables = {name: geopandas.read_parquet(file) for name, file in pianta.collect_batch(tmp_path / "out").items()}
+        assert tables["buildings"][["building", "rooms", "doors"]].values.tolist() == [
+            ["a", 2, 1],
+            ["b", 3, 2],
+            ["c", 2, 1],
+        ]
+        assert tables["rooms"]["building"].tolist() == [*"aabbbcc"]
+        floor = pianta.read_floor(tmp_path / "out" / "b" / "floor.geojson")
+        second = tables["rooms"][tables["rooms"]["building"] == "b"]
+        assert second["area"].tolist() == [room.polygon.area for room in floor]
+        assert second.geometry.geom_equals_exact(
+            geopandas.GeoSeries([room.polygon for room in floor], second.index), 0
+        ).all()
+        assert len(tables["doors"]) == 4
+
+    def test_results_that_are_gone_are_an_error(self, maps, tmp_path):
+        read(maps, tmp_path / "out")
+        (tmp_path / "out" / "a" / "floor.geojson").unlink()
+        with pytest.raises(pianta.PiantaError, match="--no-resume"):
+            pianta.collect_batch(tmp_path / "out")
+        assert not list((tmp_path / "out").glob("*.parquet"))
+
+
+class TestCommand:
+    def test_a_folder_is_read_and_counted(self, maps, tmp_path):
+        arguments = ("read", maps, "-o", tmp_path / "out", "--no-labels")
+        code, out, err = run_pianta(*arguments, "--json", tmp_path / "all.json")
+        assert code == 1
+        assert out.splitlines()[-1] == "3 of 4 files read"
+        assert err.count("\n") == 1
+        first = json.loads((tmp_path / "all.json").read_text(encoding="utf-8"))["files"]
+        assert [len(file["storeys"][0]["rooms"]) for file in first] == [2, 2, 2]
+        code, out, _ = run_pianta(*arguments, "--json", tmp_path / "all.json")
+        assert (code, out) == (1, "3 of 4 files read, 3 of them before; --no-resume reads them again\n")
+        assert json.loads((tmp_path / "all.json").read_text(encoding="utf-8"))["files"] == first
+        code, out, _ = run_pianta("collect", tmp_path / "out", "-o", tmp_path / "tables")
+        assert code == 0
+        assert out.split() == [str(tmp_path / "tables" / f"{name}.parquet") for name in ("buildings", "rooms", "doors")]
+
+    @pytest.mark.slow
+    def test_a_killed_batch_goes_on_where_it_was(self, tmp_path):
+        """Killed three times at different moments; no file is lost, half-written, or read again when it was done."""
+        maps, out = tmp_path / "maps", tmp_path / "out"
+        maps.mkdir()
+        for number in range(12):
+            make_map(4).save(maps / f"m{number:02}.npz")
+        command = [sys.executable, "-m", "pianta", "read", str(maps), "-o", str(out), "--jobs", "2", "--no-labels"]
+        done: set[str] = set()
+        for enough in (2, 5, 8):
+            with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+                lines = [line for _, line in zip(range(enough - len(done)), process.stdout or (), strict=False)]
+                process.kill()
+            assert not done & {Path(line.split()[-1]).name for line in lines}
+            done |= {Path(line.split()[-1]).name for line in lines}
+            results = [folder for folder in out.iterdir() if folder.is_dir() and not folder.name.startswith(".")]
+            assert {folder.name for folder in results} >= done
+            # A process that has outlived the killed one may be writing into a hidden folder
+            assert all(set(OUTPUTS) <= list_files(folder).keys() for folder in results)
+        last = subprocess.run(command, capture_output=True, text=True, check=True)
+        assert not done & {Path(line.split()[-1]).name for line in last.stdout.splitlines()[:-1]}
+        assert last.stdout.splitlines()[-1].startswith("12 of 12 files read")
+        assert {path.name for path in out.iterdir() if path.is_dir()} == {f"m{number:02}" for number in range(12)}
