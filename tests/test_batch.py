@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 
 import pianta
+from pianta.batch import processes
 from pianta.batch.inputs import list_inputs
 from pianta.batch.journal import Entry, Journal, read_journals
 from pianta.batch.processes import Fault, run_items
@@ -176,11 +177,38 @@ class TestFaults:
         assert Counter(outcome.result for outcome in outcomes) == {"done": 4}
 
     @pytest.mark.slow
+    def test_a_broken_pool_is_replaced(self, monkeypatch):
+        """As if a process had been killed while it started: what ran in the pool has no outcome."""
+        usual, calls = processes._collect, []
+
+        def collect_without_the_first(*arguments):
+            calls.append(arguments)
+            return None if len(calls) == 1 else usual(*arguments)
+
+        monkeypatch.setattr(processes, "_collect", collect_without_the_first)
+        outcomes = [*run_items(sleep_or_square, [0, 1, 2, 3], jobs=2)]
+        assert sorted((outcome.item, outcome.result) for outcome in outcomes) == [(0, 0), (1, 1), (2, 4), (3, 9)]
+        assert len(calls) == 5
+
+    @pytest.mark.slow
+    def test_processes_that_never_start_end_the_batch(self, monkeypatch):
+        monkeypatch.setattr(processes, "MAX_BREAKS", 2)
+        with pytest.raises(OptionError, match="2 times in turn processes ended while they started, give jobs=1"):
+            list(run_items(str, [DiesWhenReceived()], jobs=2))
+
+    @pytest.mark.slow
     def test_results_are_the_same_for_any_number_of_processes(self, maps, tmp_path):
         for jobs in (1, 2):
             read(maps, tmp_path / str(jobs), jobs=jobs)
             (tmp_path / str(jobs) / "journal.sqlite").unlink()
         assert list_files(tmp_path / "1") == list_files(tmp_path / "2")
+
+
+class DiesWhenReceived:
+    """Ends the process that it is sent to, before the process can say that it has it."""
+
+    def __reduce__(self):
+        return os._exit, (9,)
 
 
 def square_or_die(number: int) -> int:

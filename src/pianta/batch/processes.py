@@ -3,19 +3,26 @@
 from __future__ import annotations
 
 import multiprocessing
+from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, wait
+from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, wait
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
 from dataclasses import dataclass
 from time import perf_counter
 from traceback import format_exception
-from typing import Generic, TypeVar
+from typing import TYPE_CHECKING, Generic, TypeVar
 
-from pianta.errors import PiantaError
+from pianta.errors import OptionError, PiantaError
+
+if TYPE_CHECKING:
+    from pebble import ProcessPool
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
 
 MAX_TRIES = 2  # of an item whose process ended: another program may have killed it, or another item filled the memory
+MAX_BREAKS = 10  # in turn, of all processes, without an item that ends
 QUEUED_PER_JOB = 2  # items that are handed out, so that no process waits, and memory does not grow with the batch
 
 
@@ -82,40 +89,66 @@ def describe_fault(error: Exception) -> Fault:
 def _run_in_processes(
     work: Callable[[Item], Result], items: Sequence[Item], jobs: int, time_limit: float | None
 ) -> Iterator[Outcome[Item, Result]]:
-    """The outcomes from processes; one that ends is replaced, and its item tried again."""
+    """The outcomes from processes; one that ends is replaced, and its item tried again.
+
+    Raises OptionError if processes end again and again while they start.
+    """
+    waiting = [*reversed(range(len(items)))]
+    tries: Counter[int] = Counter()
+    breaks = 0
+    while waiting:
+        running: dict[Future[Outcome[Item, Result]], int] = {}
+        with _open_pool(jobs) as pool:
+            # A process that is killed while it starts breaks the pool; what ran in it runs in the next one
+            while pool.active and (waiting or running):
+                while waiting and len(running) < QUEUED_PER_JOB * jobs:
+                    try:
+                        future = pool.schedule(_guard, args=[work, items[waiting[-1]]], timeout=time_limit)
+                    except RuntimeError:  # it broke meanwhile
+                        break
+                    running[future] = waiting.pop()
+                done, _ = wait(running, return_when=FIRST_COMPLETED)
+                for future in done:
+                    index = running.pop(future)
+                    outcome = _collect(future, items[index], time_limit)
+                    if outcome is None:
+                        waiting.append(index)
+                        continue
+                    breaks, tries[index] = 0, tries[index] + 1
+                    if outcome.fault and outcome.fault.group == "killed" and tries[index] < MAX_TRIES:
+                        waiting.append(index)
+                    else:
+                        yield outcome
+        waiting += sorted(running.values(), reverse=True)
+        breaks += 1
+        if breaks > MAX_BREAKS:
+            raise OptionError(f"{MAX_BREAKS} times in turn processes ended while they started, give jobs=1")
+
+
+@contextmanager
+def _open_pool(jobs: int) -> Iterator[ProcessPool]:
+    """Processes that end with the block; what still runs then is not waited for: nothing of it is half-written."""
     from pebble import ProcessPool
 
-    waiting = [*reversed(items)]
-    tries: dict[int, int] = {}
-    running: dict[Future[Outcome[Item, Result]], Item] = {}
-    # A forked process would inherit the threads' locks of OpenCV and BLAS
+    # A forked process would inherit the locks that threads of OpenCV and BLAS hold
     pool = ProcessPool(max_workers=jobs, context=multiprocessing.get_context("spawn"))
     try:
-        while waiting or running:
-            while waiting and len(running) < QUEUED_PER_JOB * jobs:
-                item = waiting.pop()
-                running[pool.schedule(_guard, args=[work, item], timeout=time_limit)] = item
-            done, _ = wait(running, return_when=FIRST_COMPLETED)
-            for future in done:
-                item = running.pop(future)
-                outcome = _collect(future, item, time_limit)
-                tries[id(item)] = tries.get(id(item), 0) + 1
-                if outcome.fault and outcome.fault.group == "killed" and tries[id(item)] < MAX_TRIES:
-                    waiting.append(item)
-                else:
-                    yield outcome
+        yield pool
     finally:
-        # What still runs is not waited for: nothing of it is half-written
         pool.stop()
         pool.join()
 
 
-def _collect(future: Future[Outcome[Item, Result]], item: Item, time_limit: float | None) -> Outcome[Item, Result]:
-    """The outcome that a process gave, or how it ended."""
+def _collect(
+    future: Future[Outcome[Item, Result]], item: Item, time_limit: float | None
+) -> Outcome[Item, Result] | None:
+    """The outcome that a process gave, or how it ended; None if the pool broke, so that the item has no outcome."""
     from pebble import ProcessExpired
 
     try:
         return future.result()
+    except (BrokenProcessPool, CancelledError):
+        return None
     except TimeoutError:
         fault = Fault("time", f"it took longer than {time_limit:g} s")
     except ProcessExpired as error:

@@ -1,0 +1,171 @@
+"""Rate, memory and loss of batches: `pianta read FOLDER` on many made maps, some of them broken, with random kills.
+
+Run: OMP_NUM_THREADS=1 python benchmarks/time_batches.py FOLDER [--maps 1000] [--broken 20] [--kills 300]
+
+The maps, made floors of mixed kinds and sizes, are written into FOLDER/maps if they are not there yet. They are read
+with one process and with two: the ratio of the rates counts. Then they are read with two while processes are killed at
+random moments: one process of the batch, or the program itself, which is started again. At the end
+
+- each map must have all its results, byte for byte those of the run with one process,
+- nothing that the journal had as read before a kill may have been read again,
+- the broken maps, and no others, must have failed; apart from maps whose process was killed twice, which are named.
+
+Memory is the largest resident one of the processes, sampled while they read: the mean over the last tenth of the batch,
+against the first tenth.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sqlite3
+import subprocess
+import sys
+import time
+from contextlib import closing, suppress
+from pathlib import Path
+
+import numpy as np
+import psutil
+
+from pianta.batch.journal import JOURNAL
+from pianta.batch.read_batch import FAULTS
+from pianta.reading.reading import OUTPUTS
+from pianta.worlds.floors import make_corridor_floor
+from pianta.worlds.scan import simulate_map
+
+PAUSE = 0.1  # s between two looks at the processes
+
+
+def main() -> None:
+    """Print the figures."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("--maps", type=int, default=1000)
+    parser.add_argument("--broken", type=int, default=20)
+    parser.add_argument("--kills", type=int, default=300)
+    options = parser.parse_args()
+    maps = make_maps(options.folder / "maps", options.maps, options.broken)
+    one, two = (time_batch(maps, options.folder / f"jobs-{jobs}", jobs) for jobs in (1, 2))
+    sys.stdout.write(f"one process {one:.1f} s, two {two:.1f} s: {one / two / 2:.0%} of twice the rate\n")
+    kill_batch(maps, options.folder / "killed", options.kills)
+    compare_results(options.folder / "jobs-1", options.folder / "killed")
+
+
+def make_maps(folder: Path, count: int, broken: int) -> Path:
+    """A folder with maps, the first of which are broken."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for number in range(count):
+        file = folder / f"map-{number:05}.npz"
+        if file.exists():
+            continue
+        if number < broken:
+            file.write_bytes(np.random.default_rng(number).bytes(1000))
+        else:
+            rng = np.random.default_rng(number)
+            floor = make_corridor_floor(length=float(rng.uniform(8, 60)), room_width=(3.0, 8.0), seed=number)
+            simulate_map(floor, seed=number).save(file)
+    return folder
+
+
+def start_batch(maps: Path, out: Path, jobs: int) -> subprocess.Popen[bytes]:
+    """The program that reads the maps."""
+    command = [sys.executable, "-m", "pianta", "read", str(maps), "-o", str(out), "--jobs", str(jobs), "-q"]
+    return subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+
+
+def time_batch(maps: Path, out: Path, jobs: int) -> float:
+    """Seconds of a batch; prints the memory of its processes."""
+    start, total = time.perf_counter(), sum(1 for _ in maps.iterdir())
+    samples: list[tuple[int, int]] = []
+    with start_batch(maps, out, jobs) as process:
+        watched = psutil.Process(process.pid)
+        while process.poll() is None:
+            try:
+                members = [watched, *watched.children(recursive=True)]
+                samples.append((count_entries(out), max(member.memory_info().rss for member in members)))
+            except psutil.Error:
+                continue
+            time.sleep(PAUSE)
+    seconds = time.perf_counter() - start
+    tenths = [[rss for done, rss in samples if low <= done / total < high] for low, high in ((0.1, 0.2), (0.9, 1.0))]
+    first, last = (float(np.mean(each)) / 2**20 if each else float("nan") for each in tenths)
+    sys.stdout.write(
+        f"--jobs {jobs}: {total} maps, {total / seconds:.2f} a second; largest process {first:.0f} MiB in the second "
+        f"tenth, {last:.0f} MiB in the last ({last / first - 1:+.0%})\n"
+    )
+    return seconds
+
+
+def count_entries(out: Path) -> int:
+    """Files of a batch with a folder of results."""
+    return sum(1 for _ in out.iterdir()) if out.is_dir() else 0
+
+
+def kill_batch(maps: Path, out: Path, kills: int) -> None:
+    """Read the maps while processes are killed, and check that nothing is half-written or read twice."""
+    rng = np.random.default_rng(1)
+    process, left, starts, again = start_batch(maps, out, 2), kills, 1, 0
+    done: dict[str, float] = {}
+    while True:
+        time.sleep(float(rng.uniform(0.5, 4)))
+        if process.poll() is not None:
+            break
+        if not left:
+            continue
+        left -= 1
+        children = psutil.Process(process.pid).children(recursive=True)
+        if rng.random() < 0.5 and children:
+            with suppress(psutil.Error):
+                children[int(rng.integers(len(children)))].kill()
+            continue
+        process.kill()
+        process.wait()
+        times = read_times(out)
+        again += sum(times[name] != seconds for name, seconds in done.items())
+        done = times
+        check_results(out)
+        process, starts = start_batch(maps, out, 2), starts + 1
+    times = read_times(out)
+    again += sum(times[name] != seconds for name, seconds in done.items())
+    check_results(out)
+    sys.stdout.write(f"{kills - left} kills, {starts} starts: {len(times)} maps read, {again} of them twice\n")
+    for path, group in read_faults(out):
+        if group != "map":
+            sys.stdout.write(f"failed: {path}, {group}\n")
+    sys.stdout.write(f"failed as maps: {sum(group == 'map' for _, group in read_faults(out))}\n")
+
+
+def read_times(out: Path) -> dict[str, float]:
+    """When the results of each map that the journal has as read were written."""
+    if not (out / JOURNAL).exists():
+        return {}
+    with closing(sqlite3.connect(f"file:{out / JOURNAL}?mode=ro", uri=True)) as journal:
+        folders = journal.execute("""select folder from entries where "group" = ''""").fetchall()
+    return {folder: (out / folder / OUTPUTS[0]).stat().st_mtime for (folder,) in folders}
+
+
+def read_faults(out: Path) -> list[tuple[str, str]]:
+    """Paths of the maps that have failed, and what faults are counted by."""
+    with closing(sqlite3.connect(f"file:{out / JOURNAL}?mode=ro", uri=True)) as journal:
+        return journal.execute("""select path, "group" from entries where "group" != ''""").fetchall()
+
+
+def check_results(out: Path) -> None:
+    """Each folder of results must have all its files."""
+    for folder in out.iterdir():
+        if folder.is_dir() and not folder.name.startswith(".") and folder.name != FAULTS:
+            missing = [name for name in OUTPUTS if not (folder / name).is_file()]
+            if missing:
+                sys.stdout.write(f"half-written: {folder} lacks {missing}\n")
+
+
+def compare_results(one: Path, other: Path) -> None:
+    """Count the files that differ between two batches."""
+    files = [file.relative_to(one) for file in one.rglob("*") if file.is_file() and file.name != JOURNAL]
+    lost = [file for file in files if not (other / file).is_file()]
+    changed = [file for file in files if file not in lost and (one / file).read_bytes() != (other / file).read_bytes()]
+    sys.stdout.write(f"{len(files)} files: {len(lost)} lost, {len(changed)} different\n")
+
+
+if __name__ == "__main__":
+    main()
