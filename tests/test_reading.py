@@ -91,7 +91,6 @@ class TestRead:
     def test_draws_walls_and_graph_as_the_command_does(self, small, reading, tmp_path):
         run_pianta("read", small, "-o", tmp_path / "command", "--walls", "--graph", "-q")
         reading.save(tmp_path / "library", walls=True, graph=True)
-        (tmp_path / "command" / "journal.sqlite").unlink()
         assert list_files(tmp_path / "library") == list_files(tmp_path / "command")
 
     def test_keeps_ids_as_the_command_does(self, small, reading, tmp_path):
@@ -285,6 +284,7 @@ class TestReadAll:
         run_pianta("read", small, other, "-o", tmp_path / "command", "--no-labels", "--graph", "-q")
         results = list(pianta.read_all([small, other], out=tmp_path / "library", labels=False, graph=True))
         assert [len(result.floor) for result in results if isinstance(result, Reading)] == [5, 7]
+        (tmp_path / "command" / "journal.sqlite").unlink()
         assert list_files(tmp_path / "library") == list_files(tmp_path / "command")
 
     @pytest.mark.parametrize(

@@ -223,9 +223,9 @@ def read_maps(
     Writes floor.geojson (metres of the map frame), rooms.png (16 bits: 0 is no
     room, n the room with id n), graph.json (networkx node-link), picture.png.
 
-    Several files get a folder each in OUT, as do the maps and plans of a folder. If
-    one cannot be read, the others are still read; the exit code is then 1. What the
-    journal in OUT has as read is not read again; pianta collect makes one table.
+    Several files get a folder each in OUT, as do the maps and plans of a folder.
+    If one cannot be read, the others are still read; the exit code is then 1.
+    Files that the journal in OUT has as read are not read again.
 
     Rooms of plans get the names that are written in them, from which their labels
     follow; several floors on a plan get a folder each, floor-1, floor-2, ….
@@ -272,24 +272,21 @@ def read_maps(
         "predict_partial": not no_predictions,
     }
     if message == "all":
-        _refuse_with_all(
-            {"--clean": clean, "--explain": explain, "--storey": storeys, "--stairs": stairs, "--lift": lifts}
-        )
+        _refuse_with_all({"clean": clean, "explain": explain, "storey": storeys, "stairs": stairs, "lift": lifts})
         _finish(_read_series(maps, out, options, walls=walls, graph=graph, quiet=quiet), out, json_file, expected=1)
         return
     options["message"] = _parse_message(message)
     extras = _Extras(clean, explain)
     extras.check(maps, method)
     named, links = _parse_building(storeys, stairs, lifts, len(maps))
-    if named is not None:
-        readings = _read_storeys(maps, out, options, named, links, walls=walls, graph=graph, jobs=jobs, quiet=quiet)
-    elif len(maps) == 1 and not is_collection(maps[0]):
-        readings = [_read_one(maps[0], out, options, extras, walls=walls, graph=graph, quiet=quiet)]
-    else:
-        how = _BatchOptions(walls, graph, jobs, resume, retry_failed, shard, time_limit)
+    how = _BatchOptions(walls, graph, jobs, resume, retry_failed, shard, time_limit)
+    if named is None and (len(maps) > 1 or is_collection(maps[0])):
         _read_several(maps, out, options, how, json_file, quiet=quiet)
-        return
-    _finish(readings, out, json_file, expected=len(maps))
+    elif named is None:
+        _finish([_read_one(maps[0], out, options, extras, how, quiet=quiet)], out, json_file, expected=1)
+    else:
+        storeys_read = _read_storeys(maps, out, options, named, links, how=how, quiet=quiet)
+        _finish(storeys_read, out, json_file, expected=len(maps))
 
 
 def _parse_building(
@@ -389,16 +386,14 @@ def _read_storeys(
     named: Sequence[tuple[str, float | None]],
     links: Sequence[Link],
     *,
-    walls: bool,
-    graph: bool,
-    jobs: int,
+    how: _BatchOptions,
     quiet: bool,
 ) -> list[Reading]:
     """Read each file, a storey, and print a line for it; join them to a building, if all are read."""
     with counting_files(maps, quiet=quiet) as progress:
         names = [name for name, _ in named]
         results = read_all(
-            maps, out=out, names=names, walls=walls, graph=graph, jobs=jobs, progress=progress, **options
+            maps, out=out, names=names, walls=how.walls, graph=how.graph, jobs=how.jobs, progress=progress, **options
         )
         readings = [each for each in results if _print_one_of_several(each, quiet=quiet) and isinstance(each, Reading)]
     if not quiet:
@@ -417,7 +412,7 @@ def _read_storeys(
 
 def _refuse_with_all(flags: Mapping[str, object]) -> None:
     """Raise OptionError for flags that a series of maps does not have."""
-    surplus = [flag for flag, value in flags.items() if value]
+    surplus = [f"--{flag}" for flag, value in flags.items() if value]
     if surplus:
         raise OptionError(f"--message all is a series of maps, leave out {' and '.join(surplus)}")
 
@@ -471,7 +466,7 @@ class _Extras:
 
 
 def _read_one(
-    path: str, out: Path, options: ReadOptions, extras: _Extras, *, walls: bool, graph: bool, quiet: bool
+    path: str, out: Path, options: ReadOptions, extras: _Extras, how: _BatchOptions, *, quiet: bool
 ) -> Reading:
     """Read a file; print its rooms, its messages, and where the results are."""
     check_output_folder(out)
@@ -480,7 +475,7 @@ def _read_one(
     reading = read(path, **options)
     clean_map = reading.clean_map() if extras.clean else None
     explanation = reading.explain() if extras.explain else None
-    folders = reading.save(out, walls=walls, graph=graph)
+    folders = reading.save(out, walls=how.walls, graph=how.graph)
     if explanation:
         save_explanation(explanation, out / EXPLANATION)
     if clean_map and extras.clean:

@@ -82,9 +82,7 @@ def find_boxes(bgr: Colors) -> list[Floats]:
         low, high = box.min(axis=0), box.max(axis=0)
         return not any((low < last).all() and (first < high).all() for first, last in spans)
 
-    boxes += [box for box in _find_boxes_at(bgr, marks, factor / p.coarse_factor) if is_new(box)]
-    release_memory()
-    return boxes
+    return boxes + [box for box in _find_boxes_at(bgr, marks, factor / p.coarse_factor) if is_new(box)]
 
 
 def _find_boxes_at(bgr: Colors, marks: Mask, factor: float) -> list[Floats]:

@@ -66,6 +66,7 @@ def read_texts(colors: Colors) -> tuple[PlacedText, ...]:
     """
     bgr = np.ascontiguousarray(colors[..., ::-1])
     boxes = find_boxes(bgr)
+    release_memory()
     read = [_place_text(bgr, box) for box in boxes]
     if _reads_better_mirrored(bgr, boxes, read):
         bgr = np.ascontiguousarray(bgr[:, ::-1])
