@@ -137,6 +137,28 @@ class TestResume:
             ("d", "d-a"),
         }
 
+    def test_what_lacks_a_description_is_read_again(self, maps, tmp_path):
+        read(maps, tmp_path / "out")
+        assert list_new(read(maps, tmp_path / "out", describe=count_rooms)) == {"a", "b", "c", "broken"}
+        items = read(maps, tmp_path / "out", describe=count_rooms)
+        assert [items[name].description for name in ("a", "b", "c", "broken")] == [2, 2, 2, None]
+        assert list_new(items) == {"broken"}
+
+    def test_names_that_are_no_utf8_or_those_of_our_folders(self, tmp_path):
+        maps = tmp_path / "maps"
+        maps.mkdir()
+        for name in (b"\xff\xfe.npz", b"faults.npz"):
+            make_map().save(maps / "x.npz")
+            os.rename(bytes(maps / "x.npz"), bytes(maps) + b"/" + name)  # noqa: PTH104 - the name is bytes
+        items = [*pianta.read_batch([maps], out=tmp_path / "out", labels=False)]
+        assert {item.folder.name: item.fault for item in items} == {"\\xff\\xfe": None, "faults-2": None}
+        again = [*pianta.read_batch([maps], out=tmp_path / "out", labels=False)]
+        assert [item.is_new for item in again] == [False, False]
+
+
+def count_rooms(reading: Reading) -> int:
+    return len(reading.floor)
+
 
 class TestFaults:
     def test_an_unforeseen_fault_is_a_line_and_a_report(self, maps, tmp_path, monkeypatch):
@@ -317,6 +339,30 @@ class TestCollection:
 
 
 class TestCommand:
+    @pytest.mark.parametrize(
+        ("arguments", "message"),
+        [
+            (["--clean", "clean.npz"], "--clean is for one map and"),
+            (["--explain"], "--explain is for one map and"),
+            (["--time-limit", "5"], "--time-limit ends processes, and one job needs none; give --jobs 2 or more"),
+            (["--time-limit", "-5", "--jobs", "2"], "Invalid value for '--time-limit'"),
+            (["--shard", "3/2"], "shard is '3/2', give 1/8 … 8/8 for eight parts"),
+            (["--storey", "ground", "--shard", "1/2"], "storeys are read together, leave out --shard"),
+        ],
+    )
+    def test_flags_that_do_not_fit_are_refused(self, maps, tmp_path, arguments, message):
+        code, out, err = run_pianta("read", maps, "-o", tmp_path / "out", *arguments)
+        assert (code, out) == (2, "")
+        assert message in err
+        assert not (tmp_path / "out").exists()
+
+    def test_a_file_with_a_flag_of_batches_is_a_batch(self, maps, tmp_path):
+        code, out, _ = run_pianta(
+            "read", maps / "a" / "a.yaml", "-o", tmp_path / "out", "--shard", "1/1", "--no-labels"
+        )
+        assert (code, out.splitlines()[-1]) == (0, "1 of 1 file read")
+        assert (tmp_path / "out" / "a" / "floor.geojson").is_file()
+
     def test_a_folder_is_read_and_counted(self, maps, tmp_path):
         arguments = ("read", maps, "-o", tmp_path / "out", "--no-labels")
         code, out, err = run_pianta(*arguments, "--json", tmp_path / "all.json")

@@ -16,13 +16,14 @@ from pianta.batch.inputs import list_inputs
 from pianta.batch.journal import JOURNAL, Entry, Journal
 from pianta.batch.processes import Fault, Outcome, run_items
 from pianta.errors import OptionError, PiantaError
-from pianta.io._files import atomic_file, short_repr
+from pianta.io._files import as_utf8, atomic_file, short_repr
 from pianta.io._folders import check_output_folder, remove_remains
 from pianta.reading._reader import Reader, ReadOptions
 from pianta.reading.read import MAX_JOBS, name_folders
 from pianta.reading.reading import Reading, check_corrections, check_output, list_input_files
 
 FAULTS = "faults"  # the folder of reports on what was unforeseen
+NO_DESCRIPTION = "null"  # JSON
 _SHARD = re.compile(r"([1-9][0-9]{0,5})/([1-9][0-9]{0,5})")
 
 
@@ -84,7 +85,7 @@ def read_batch(
         Processes. From 2 on a process that crashes is replaced, and its file read once more.
     resume
         Whether files that the journal has as read, with these options and by this version, are not read again unless
-        they have changed.
+        they have changed, or lack a description that is asked for.
     only_failed
         Whether only files are read that have failed.
     shard
@@ -131,6 +132,8 @@ def read_batch(
         raise OptionError(f"jobs is {jobs}, give 1 to {MAX_JOBS}")
     if time_limit is not None and not time_limit > 0:
         raise OptionError(f"time_limit is {time_limit}, give seconds")
+    if time_limit is not None and jobs == 1:
+        raise OptionError("time_limit= ends processes, and one job needs none; give jobs=2 or more")
     part = _parse_shard(shard)
     files = list_inputs(paths)
     if options.get("previous") is not None:
@@ -242,9 +245,9 @@ class _Batch:
 
     def _name_items(self, files: Sequence[Path], entries: Mapping[str, Entry]) -> Iterator[_Item]:
         """Each file with its folder: the one that the journal has, else a name that no other file has."""
-        owners = {entry.folder.casefold(): path for path, entry in entries.items()}
-        for file, name in zip(files, name_folders(files), strict=True):
-            key = str(file.absolute())
+        owners = {FAULTS: "", **{entry.folder.casefold(): path for path, entry in entries.items()}}
+        for file, short_name in zip(files, name_folders(files), strict=True):
+            key, name = as_utf8(str(file.absolute())), as_utf8(short_name)
             entry = entries.get(key)
             folder = entry.folder if entry else name
             number = 1
@@ -258,6 +261,8 @@ class _Batch:
         """Whether a file was read as it is, with these options, and its results are there."""
         if entry is None or not entry.is_done or not item.folder.is_dir():
             return False
+        if self.describe and entry.description == NO_DESCRIPTION:
+            return False
         return (entry.inputs, entry.options, entry.version) == (item.inputs, self.options, __version__)
 
     def _make_entry(self, outcome: Outcome[_Item, _Result]) -> Entry:
@@ -270,8 +275,8 @@ class _Batch:
             __version__,
             round(outcome.seconds, 3),
             fault.group if fault else "",
-            self._describe_fault(item, fault) if fault else "",
-            outcome.result.description if outcome.result else "null",
+            as_utf8(self._describe_fault(item, fault)) if fault else "",
+            outcome.result.description if outcome.result else NO_DESCRIPTION,
         )
 
     def _describe_fault(self, item: _Item, fault: Fault) -> str:
@@ -310,7 +315,7 @@ def _parse_shard(shard: str | None) -> tuple[int, int] | None:
 
 def _is_in(key: str, part: tuple[int, int]) -> bool:
     """Whether a file belongs to a part, by the digest of its absolute path."""
-    digest = int.from_bytes(sha256(key.encode(errors="surrogateescape")).digest()[:8])
+    digest = int.from_bytes(sha256(key.encode()).digest()[:8])
     return digest % part[1] == part[0] - 1
 
 
@@ -323,7 +328,7 @@ def _describe_inputs(path: Path) -> str:
             described.append(f"{file.name} {status.st_size} {status.st_mtime_ns}")
         except (OSError, ValueError):
             described.append(f"{file.name} missing")
-    return "; ".join(described)
+    return as_utf8("; ".join(described))
 
 
 def _digest_options(options: ReadOptions, *, walls: bool, graph: bool) -> str:

@@ -148,7 +148,7 @@ Shard = Annotated[
 ]
 TimeLimit = Annotated[
     float | None,
-    typer.Option(metavar="S", help="Seconds for a file, with --jobs from 2 on; it fails if it needs more."),
+    typer.Option(metavar="S", min=0.1, help="Seconds for a file, with --jobs from 2 on; it fails if it needs more."),
 ]
 Jobs = Annotated[
     int, typer.Option(min=1, max=MAX_JOBS, help="Processes for several files; the results are the same for any number.")
@@ -280,7 +280,7 @@ def read_maps(
     extras.check(maps, method)
     named, links = _parse_building(storeys, stairs, lifts, len(maps))
     how = _BatchOptions(walls, graph, jobs, resume, retry_failed, shard, time_limit)
-    if named is None and (len(maps) > 1 or is_collection(maps[0])):
+    if named is None and (len(maps) > 1 or is_collection(maps[0]) or how.flags):
         _read_several(maps, out, options, how, json_file, quiet=quiet)
     elif named is None:
         _finish([_read_one(maps[0], out, options, extras, how, quiet=quiet)], out, json_file, expected=1)
@@ -324,6 +324,12 @@ class _BatchOptions:
     shard: str | None
     time_limit: float | None
 
+    @property
+    def flags(self) -> list[str]:
+        """Those that were given of the flags for batches alone."""
+        values = {"--retry-failed": self.retry_failed, "--shard": self.shard, "--time-limit": self.time_limit}
+        return [flag for flag, value in values.items() if value]
+
 
 def _read_several(
     maps: Sequence[str], out: Path, options: ReadOptions, how: _BatchOptions, json_file: Path | None, *, quiet: bool
@@ -352,7 +358,8 @@ def _read_several(
             elif item.is_new and not quiet:
                 for line in item.description["lines"]:
                     print_result(line)
-    described = [item.description["file"] for item in items if item.description]
+    # Processes end in any order
+    described = [item.description["file"] for item in sorted(items, key=lambda item: item.path) if item.description]
     write_json({"files": described}, json_file)
     failed = Counter(item.group for item in items if item.fault is not None)
     if not quiet:
@@ -390,6 +397,8 @@ def _read_storeys(
     quiet: bool,
 ) -> list[Reading]:
     """Read each file, a storey, and print a line for it; join them to a building, if all are read."""
+    if how.flags:
+        raise OptionError(f"storeys are read together, leave out {' and '.join(how.flags)}")
     with counting_files(maps, quiet=quiet) as progress:
         names = [name for name, _ in named]
         results = read_all(
@@ -455,6 +464,8 @@ class _Extras:
         for flag, is_given in (("--clean", self.clean is not None), ("--explain", self.explain)):
             if is_given and len(maps) > 1:
                 raise OptionError(f"{flag} is for one map and {len(maps)} files are given, read each file on its own")
+            if is_given and is_collection(maps[0]):
+                raise OptionError(f"{flag} is for one map and {short_repr(maps[0])} stands for several, give a file")
         if self.explain and method != DEFAULT_METHOD:
             raise OptionError(f"method {method} has no explanation, leave out --explain or give {DEFAULT_METHOD}")
 

@@ -35,7 +35,7 @@ OWN_WARNINGS = (MapWarning, BuildingWarning, PlanWarning)
 # Arguments of functions whose flags have the same names.
 SAME_NAMES = (
     "building_model density earlier jobs max_cells message method page people port previous resolution shut symbols "
-    "topic trust_thresholds words"
+    "time_limit topic trust_thresholds words"
 )
 # Messages of the library name arguments of functions; these are their flags.
 FLAGS = {

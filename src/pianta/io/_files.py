@@ -28,6 +28,11 @@ def short_repr(value: object) -> str:
     return _REPR.repr(str(value) if isinstance(value, Path) else value)
 
 
+def as_utf8(path: str) -> str:
+    """A path that files of text can hold: bytes that are no UTF-8 become escapes."""
+    return os.fsencode(path).decode(errors="backslashreplace")
+
+
 def one_line_reason(exception: BaseException) -> str:
     """The reason of an exception on one line: the operating system's text, the message, or the exception's name."""
     text = getattr(exception, "strerror", None) or str(exception) or type(exception).__name__

@@ -17,7 +17,7 @@ from pianta.corrections.kinds import Correction, SetType
 from pianta.errors import FloorError, MapError, MapWarning, OptionError, PiantaError
 from pianta.floor import Floor, round_floor
 from pianta.gridmap import GridMap
-from pianta.io._files import check_input_file, count_noun, short_repr
+from pianta.io._files import as_utf8, check_input_file, count_noun, short_repr
 from pianta.io.bags import BAG_SUFFIXES, Message, check_message, is_bag
 from pianta.labels import SCHEMAS
 from pianta.layout.parameters import Parameters
@@ -121,7 +121,8 @@ class Reader:
     def _finish(self, storey: StoreyReading, path: str | Path) -> StoreyReading:
         """The storey with the ids of the previous floor, labels, and the type of its building."""
         # Files that people open have millimetres, not 17 digits
-        storey = replace(storey, floor=round_floor(storey.floor))
+        rounded = round_floor(storey.floor)
+        storey = replace(storey, floor=replace(rounded, source=as_utf8(rounded.source)))
         floor, messages, grid = storey.floor, [], storey.grid
         uncorrected: Floor | None = None
         scale = storey.scale
