@@ -20,7 +20,6 @@ from pianta.batch.journal import Entry, Journal, read_journals
 from pianta.batch.processes import Fault, run_items
 from pianta.errors import OptionError
 from pianta.gridmap import FREE, OCCUPIED, GridMap
-from pianta.io._folders import atomic_folder, remove_remains
 from pianta.reading._reader import Reader
 from pianta.reading.reading import OUTPUTS, Reading
 from tests.command_line import list_files, run_pianta
@@ -294,20 +293,6 @@ class TestJournal:
     def test_a_folder_without_one_is_refused(self, tmp_path):
         with pytest.raises(OptionError, match=r"has no journal\.sqlite, read files into it first"):
             read_journals(tmp_path)
-
-
-class TestAtomicFolders:
-    def test_a_new_folder_appears_at_once(self, tmp_path):
-        with atomic_folder(tmp_path / "new") as folder:
-            (folder / "one.txt").write_text("1")
-            assert not (tmp_path / "new").exists()
-        assert list_files(tmp_path) == {"new/one.txt": b"1"}
-
-    def test_remains_of_a_killed_process_are_removed(self, tmp_path):
-        (tmp_path / ".pianta-0123456789abcdef").mkdir()
-        (tmp_path / ".pianta-notes").mkdir()
-        remove_remains(tmp_path)
-        assert [path.name for path in tmp_path.iterdir()] == [".pianta-notes"]
 
 
 class TestCollection:

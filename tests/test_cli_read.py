@@ -120,7 +120,7 @@ BAD_INPUTS = {
     "all unknown": (write_uniform_map(UNKNOWN), ["map.yaml'"]),
     "all free": (write_uniform_map(FREE), ["map.yaml'"]),
     "all occupied": (write_uniform_map(OCCUPIED), ["map.yaml'"]),
-    "huge image": (write_bytes("map.pgm", b"P5 30000 30000 255\n\0"), ["900000000", "200000000", "--max-cells"]),
+    "huge image": (write_bytes("map.pgm", b"P5 30000 30000 255\n\0"), ["900000000", "300000000", "--max-cells"]),
     "image missing": (write_changed_yaml(image="none.png"), ["none.png' does not exist"]),
     "NaN in the origin": (write_changed_yaml(origin=[0.0, float("nan"), 0.0]), ["origin is", "three finite numbers"]),
     "half an image": (write_half_an_image, ["map.png' is damaged"]),

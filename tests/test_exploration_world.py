@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from shapely import LineString, Point, box
 
-from pianta.errors import OptionError
+from pianta.errors import MapError, OptionError
 from pianta.exploration.starts import check_start, find_starts, place_robots
 from pianta.exploration.world import (
     build_world,
@@ -194,3 +194,12 @@ def test_robots_start_beside_each_other():
 def test_too_many_robots_for_a_room_are_refused():
     with pytest.raises(OptionError, match="robot"):
         place_robots(two_room_world(door=False), [(2, 2)], 100, radius=0.2)
+
+
+@pytest.mark.parametrize(
+    ("resolution", "message"),
+    [(100, "cells of 100 m are too coarse"), (1e300, "too coarse"), (1e-9, "5e-08 m across"), (1e-300, "m across")],
+)
+def test_maps_on_which_no_robot_can_drive_are_refused(resolution, message):
+    with pytest.raises(MapError, match=message):
+        read_world(GridMap(np.zeros((50, 50), np.int8), resolution, (0.0, 0.0, 0.0)))

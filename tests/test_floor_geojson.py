@@ -39,7 +39,7 @@ FLOOR = Floor(
     source="map.yaml",
     last_id=9,
     furniture=(
-        Furniture(box(2.5, 1, 3, 2)),
+        Furniture(box(2.5, 1, 3, 2), kind="bed"),
         Furniture(Polygon([(5, 0), (7, 0), (7, 2), (5, 2)], [[(5.5, 0.5), (6, 0.5), (6, 1)]]), 0.75),
     ),
     possible_doors=(
@@ -134,7 +134,7 @@ def test_round_trip_is_exact_and_stable(path, floor):
 def test_file_is_plain_geojson(valid):
     collection = json.loads(valid)
     assert collection["type"] == "FeatureCollection"
-    assert (collection["frame"], collection["units"], collection["version"]) == ("map", "metres", "2.6")
+    assert (collection["frame"], collection["units"], collection["version"]) == ("map", "metres", "2.7")
     features = collection["features"]
     inner = ["room-4", "room-2", "door-1", "door-2", "door-3", "wall-1", "wall-2"]
     loose = ["furniture-1", "furniture-2", "possible_door-1", "possible_door-2"]
@@ -160,7 +160,7 @@ def test_properties_are_named(valid):
     assert properties[3] == {"class": "door", "rooms": [2, 4], "width": 1.0, "kind": "opening"} | unknown
     assert properties[4] == {"class": "door", "rooms": [4, None], "width": 1.0, "kind": "door"} | unknown
     assert properties[5] == {"class": "wall"}
-    assert properties[7] == {"class": "furniture"} | unknown
+    assert properties[7] == {"class": "furniture", "kind": "bed"} | unknown
     assert properties[8] == {"class": "furniture", "probability": 0.75}
     assert json.loads(valid)["last_id"] == 9
 

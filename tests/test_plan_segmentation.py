@@ -8,18 +8,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.ndimage import binary_dilation
 
-from pianta.plan.walls import segmentation
+from pianta.plan import network
+from pianta.plan.network import BLOCK, TILE, _list_tiles
 from pianta.plan.walls.segmentation import (
-    BLOCK,
     DOOR,
     INSIDE,
     NETWORKS,
     OUTSIDE,
-    TILE,
     TRAINED_ON,
     WALL,
     ClassMap,
-    _list_tiles,
     has_walls,
     input_layers,
     mean_entropy,
@@ -187,8 +185,8 @@ def test_tiles_are_all_of_a_length_and_fit_the_network(blocks):
 def test_tiles_change_little(monkeypatch):
     plan = draw_plan(make_corridor_floor(), px_per_metre=20.0)
     untiled = segment_sheet(plan.colors, door_px=18.0, networks=NETWORKS[:1]).probabilities
-    monkeypatch.setattr(segmentation, "TILE", 224)
-    monkeypatch.setattr(segmentation, "TILE_OVERLAP", 64)
+    monkeypatch.setattr(network, "TILE", 224)
+    monkeypatch.setattr(network, "TILE_OVERLAP", 64)
     tiled = segment_sheet(plan.colors, door_px=18.0, networks=NETWORKS[:1]).probabilities
     # The network sees less of the building around a tile
     assert (untiled.argmax(axis=0) == tiled.argmax(axis=0)).mean() > 0.97

@@ -398,3 +398,33 @@ def test_clips_with_too_many_corners_are_ignored(path):
     zigzag = " ".join(f"L{k % 2 * 9} {k % 7}" for k in range(6000))
     clip = f'<clipPath id="c"><path d="M0 0 {zigzag} Z"/></clipPath>'
     assert lines_of(read(path, clip, f'<line x2="90" {STROKE} clip-path="url(#c)"/>')) == [[0, 0, 90, 0]]
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        ("<g>" * 1000 + f"<path d='M0 0H9' {STROKE}/>" + "</g>" * 1000, "elements more than 200 deep"),
+        (
+            f"<defs><path id='p' d='M0 0{'L1 1L2 3' * 5000}' {STROKE}/></defs>" + "<use href='#p'/>" * 5000,
+            "more than 5000000 corners|more than [0-9]+ lines",
+        ),
+    ],
+    ids=["nested", "used"],
+)
+def test_content_that_takes_the_square_of_its_length_is_refused(path, content, message):
+    with pytest.raises(PlanError, match=message):
+        read(path, content)
+
+
+@pytest.mark.parametrize("css", ["a" * 200_000, "/*" * 100_000, "}" * 200_000, "a{" * 100_000, "a,{}" * 50_000])
+def test_style_sheets_without_rules_take_no_time(css):
+    """Each took 30 s and more by expressions that start again at each letter."""
+    assert set(svg_plan._parse_rules(css)) <= {"", "a"}
+
+
+def test_rules_of_style_sheets_have_comments_and_lists_of_selectors():
+    css = "/* no {stroke: red} */ .a, #b { stroke: black; width: 3 } @media print { path { fill: none } } c{}"
+    rules = svg_plan._parse_rules(css)
+    assert rules[".a"] == rules["#b"] == {"stroke": "black"}
+    assert rules["path"] == {"fill": "none"}
+    assert rules["c"] == {}

@@ -78,7 +78,9 @@ def _guard(work: Callable[[Item], Result], item: Item) -> Outcome[Item, Result]:
 def describe_fault(error: Exception) -> Fault:
     """The fault of an exception; that of a PiantaError is its own line."""
     if isinstance(error, PiantaError):
-        return Fault(type(error).__name__.removesuffix("Error").lower(), str(error))
+        # A reader of plans that failed in its own process gives its traceback as a note
+        report = "\n".join(getattr(error, "__notes__", []))
+        return Fault("unforeseen" if report else type(error).__name__.removesuffix("Error").lower(), str(error), report)
     if isinstance(error, MemoryError):
         return Fault("memory", "it needs more memory than there is, read it on a larger machine")
     reason = " ".join(str(error).split())[:200]

@@ -190,8 +190,6 @@ class _Work:
         """Read a file and write its results. Raises PiantaError."""
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
-            # What a killed process has left; the journal lets only one program read into the folder
-            remove_remains(item.folder)
             check_output(item.path, item.folder)
             check_corrections(item.folder)
             reading = self.reader.read(item.path)

@@ -15,7 +15,7 @@ from shapely.affinity import scale
 from shapely.geometry.base import BaseGeometry
 
 from pianta._types import Mask
-from pianta.errors import OptionError
+from pianta.errors import MapError, OptionError
 from pianta.floor import Door, Floor, cells_of_polygon
 from pianta.gridmap import FREE, OCCUPIED, GridMap
 from pianta.io._files import short_repr
@@ -25,6 +25,7 @@ Cells = NDArray[np.int_]
 MAX_CELLS = 50_000_000
 # Free cells this far from those under a robot count as explorable, m. Chosen by hand.
 EXPLORABLE_MARGIN = 0.5
+SMALLEST_MAP = 1.0  # m across: smaller ones have no space for a robot
 # Minimum thickness of a wall between two rooms, cells, so that no beam passes it.
 MIN_WALL_PX = 1.5
 # The floor of a folder, in this order.
@@ -109,7 +110,16 @@ def build_world(floor: Floor, *, resolution: float = 0.1, wall: float = 0.2, doo
 
 
 def read_world(grid: GridMap) -> World:
-    """The world of a grid map; occupied and unknown cells are obstacles."""
+    """The world of a grid map; occupied and unknown cells are obstacles.
+
+    Raises MapError for a map whose cells are too coarse, or too small all together, for a robot to drive on.
+    """
+    from pianta.layout._working_grid import check_resolution
+
+    check_resolution(grid.resolution)
+    across = max(grid.shape) * grid.resolution
+    if across < SMALLEST_MAP:
+        raise MapError(f"the map is {across:g} m across; check the resolution of {grid.resolution:g} m")
     return World(~grid.free, grid.resolution, grid.origin)
 
 
@@ -149,7 +159,10 @@ def open_world(name: str | Path, *, seed: int = 0) -> World:
         raise OptionError(f"world is {short_repr(name)}, give a file, a folder, or one of {', '.join(WORLD_NAMES)}")
     if path.suffix.lower() in IMAGE_SUFFIXES:
         raise OptionError(f"world {short_repr(name)} is an image without a resolution, give its map.yaml")
-    return read_world(read_map(path))
+    try:
+        return read_world(read_map(path))
+    except MapError as error:
+        raise error if str(error).startswith("map ") else MapError(f"map {short_repr(path)}: {error}") from None
 
 
 def reachable_cells(world: World, starts: list[tuple[int, int]], *, radius: float) -> Mask:

@@ -238,11 +238,14 @@ class Furniture:
         What the map shows of it, metres in the map frame; the shell is stored counter-clockwise, holes clockwise.
     probability
         The probability that it is furniture and no wall; None if unknown.
+    kind
+        What it is, such as "toilet", "bath", "sink", "hob" or "bed"; None if unknown.
 
     Raises
     ------
     FloorError
-        The polygon is empty or invalid, or the probability is not in [0, 1].
+        The polygon is empty or invalid, the probability is not in [0, 1], or the kind is not of 1 to 200 characters
+        that can be printed.
 
     Examples
     --------
@@ -255,11 +258,13 @@ class Furniture:
 
     polygon: Polygon
     probability: float | None = None
+    kind: str | None = None
 
     def __post_init__(self) -> None:
         if not isinstance(self.polygon, Polygon) or self.polygon.is_empty or not self.polygon.is_valid:
             raise FloorError("a piece of furniture has no valid polygon, repair it with shapely.make_valid")
         _check_probability(self.probability, "a piece of furniture")
+        check_text(self.kind, "a piece of furniture has the kind", MAX_ROOM_NAME_LENGTH)
         object.__setattr__(self, "polygon", orient(self.polygon))
 
 

@@ -14,7 +14,7 @@ from secrets import token_hex
 
 from pianta.errors import MapError, PiantaError
 
-MAX_CELLS = 200_000_000  # of a map or picture; 200 MB in memory
+MAX_CELLS = 300_000_000  # of a map or picture, such as 16,000 × 16,000; 300 MB in memory
 
 # One slash is enough because Path("http://a") is "http:/a"; two letters, not to match Windows drives.
 _ADDRESS = re.compile(r"[a-z][a-z0-9+.-]+:/", re.IGNORECASE)

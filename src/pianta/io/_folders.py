@@ -9,6 +9,7 @@ import threading
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
+from hashlib import sha256
 from itertools import count
 from pathlib import Path
 from secrets import token_hex
@@ -18,7 +19,8 @@ from pianta.errors import OptionError, PiantaError
 from pianta.io._files import find_output_fault, one_line_reason, short_repr
 
 MAX_LISTED = 3  # older outputs in a message
-_REMAINS = re.compile(r"\.pianta-[0-9a-f]{16}")
+_DECIDED = re.compile(r"\.pianta-done-[0-9a-f]{16}")  # whose files are to be moved
+_TEMPORARY = re.compile(r"\.pianta-[0-9a-f]{16}")
 
 
 def check_output_folder(folder: Path) -> None:
@@ -41,41 +43,137 @@ def atomic_folder(folder: Path) -> Iterator[Path]:
     """A temporary folder; if the block succeeds, its files move into `folder`, over older files of the same names.
 
     If the block fails, even by KeyboardInterrupt, `folder` stays as it was, or is not created. A new folder appears
-    with all its files at once, even if the process is killed.
+    with all its files at once. In one that is there the files change together, too: the renaming of the temporary
+    folder decides that they change, and if the process is killed while they move, `finish_changes` moves the others.
 
     Raises PiantaError, in one line, for every OSError of the block and if a folder has the name of a file.
     """
     new_folders = [path for path in (folder, *folder.parents) if not path.exists()]
     is_new = folder in new_folders
-    temporary = (folder.parent if is_new else folder) / f".pianta-{token_hex(8)}"
     try:
-        temporary.mkdir(parents=True)
-        yield temporary
-        if is_new and not folder.exists():
-            temporary.rename(folder)
-            return
-        moves = {file: folder / file.name for file in sorted(temporary.iterdir())}
-        for target in moves.values():
-            fault = find_output_fault(target, remedy="give another output folder")
-            if fault:
-                raise PiantaError(f"cannot write {short_repr(target)}: it {fault}")
-        with _without_interrupts():
-            for file, target in moves.items():
-                file.replace(target)
+        if is_new:
+            folder.parent.mkdir(parents=True, exist_ok=True)
+        else:
+            finish_changes(folder)
+            remove_remains(folder)
+        with _locked_folder(folder.parent if is_new else folder, for_name=folder.name) as temporary:
+            yield temporary
+            if is_new and not folder.exists():
+                temporary.rename(folder)
+                return
+            for file in sorted(temporary.iterdir()):
+                fault = find_output_fault(folder / file.name, remedy="give another output folder")
+                if fault:
+                    raise PiantaError(f"cannot write {short_repr(folder / file.name)}: it {fault}")
+            with _without_interrupts():
+                decided = temporary.rename(folder / f".pianta-done-{token_hex(8)}")
+                _move_all(decided, folder)
     except OSError as exception:
         raise PiantaError(f"cannot write into {short_repr(folder)}: {one_line_reason(exception)}") from exception
     finally:
-        rmtree(temporary, ignore_errors=True)
         for path in new_folders:
             with suppress(OSError):  # not empty if the block succeeded
                 path.rmdir()
 
 
+def finish_changes(folder: Path) -> None:
+    """Move into a folder what a killed process had decided to write there; a file that changed since stays."""
+    with suppress(OSError, ValueError):  # of a disk that is not to be written, whose reader sees what is there
+        for decided in sorted(folder.glob(".pianta-done-*")):
+            if not _DECIDED.fullmatch(decided.name):
+                continue
+            for file in decided.iterdir():
+                with suppress(FileNotFoundError):
+                    if (folder / file.name).stat().st_mtime_ns > file.stat().st_mtime_ns:
+                        file.unlink()
+            _move_all(decided, folder)
+
+
+def _move_all(decided: Path, folder: Path) -> None:
+    """Move the files of a folder into another one, and remove the folder; another process may do the same."""
+    with suppress(FileNotFoundError):
+        for file in sorted(decided.iterdir()):
+            with suppress(FileNotFoundError):
+                file.replace(folder / file.name)
+        decided.rmdir()
+
+
 def remove_remains(folder: Path) -> None:
-    """Remove what a killed process has left in a folder of results."""
+    """Remove the temporary folders that killed processes have left in a folder, and not those of living ones."""
     for remains in folder.glob(".pianta-*") if folder.is_dir() else ():
-        if _REMAINS.fullmatch(remains.name):
-            rmtree(remains, ignore_errors=True)
+        if _TEMPORARY.fullmatch(remains.name):
+            _remove_abandoned(remains)
+
+
+@contextmanager
+def _locked_folder(beside: Path, *, for_name: str) -> Iterator[Path]:
+    """A temporary folder in another one, which is locked as long as the block lasts.
+
+    for_name: of the folder for which it is; the next process that writes one of this name removes what is left.
+    """
+    usual = sha256(os.fsencode(for_name)).hexdigest()[:16]
+    _remove_abandoned(beside / f".pianta-{usual}")
+    temporary, descriptor = _make_locked(beside, usual)
+    try:
+        yield temporary
+    finally:
+        # After the block the name may be that of another process
+        if descriptor is None or _is_open_as(descriptor, temporary):
+            rmtree(temporary, ignore_errors=True)
+        if descriptor is not None:
+            os.close(descriptor)
+
+
+def _make_locked(beside: Path, usual: str) -> tuple[Path, int | None]:
+    """A new temporary folder and what locks it; of the usual name, unless another process has that."""
+    name = usual
+    while True:
+        temporary, name = beside / f".pianta-{name}", token_hex(8)
+        with suppress(FileExistsError, BlockingIOError):
+            temporary.mkdir()
+            descriptor = _lock(temporary)
+            if descriptor is None or _is_open_as(descriptor, temporary):
+                return temporary, descriptor
+            # Another process has removed it before it was locked
+            os.close(descriptor)
+
+
+def _is_open_as(descriptor: int, folder: Path) -> bool:
+    """Whether a descriptor is that of a folder."""
+    try:
+        return os.path.samestat(os.fstat(descriptor), folder.stat())
+    except OSError:
+        return False
+
+
+def _remove_abandoned(temporary: Path) -> None:
+    """Remove a temporary folder unless a process has locked it."""
+    with suppress(BlockingIOError):
+        descriptor = _lock(temporary)
+        if descriptor is not None:
+            rmtree(temporary, ignore_errors=True)
+            os.close(descriptor)
+
+
+def _lock(folder: Path) -> int | None:
+    """The descriptor that locks a folder until it is closed; None if it is not there, or on disks without locks.
+
+    Raises BlockingIOError if another process has locked it.
+    """
+    try:
+        import fcntl
+
+        descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
+    except (ImportError, OSError):
+        return None
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError as exception:
+        os.close(descriptor)
+        if isinstance(exception, BlockingIOError):
+            raise
+        return None
+    return descriptor
 
 
 @contextmanager

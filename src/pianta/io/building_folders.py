@@ -17,6 +17,7 @@ from pianta.floor.area_trust import AreaTrust
 from pianta.io._checked import FileFormat, read_checked, save_checked
 from pianta.io._faults import validation_as
 from pianta.io._files import short_repr
+from pianta.io._folders import finish_changes
 from pianta.io.floors import read_floor, read_scale_member
 from pianta.io.graphs import FLOOR_FILE
 from pianta.io.maps import read_npz_map
@@ -51,6 +52,7 @@ def read_building_folder(path: str | Path) -> Building:
         A file is missing or damaged, in one line.
     """
     folder = Path(path)
+    finish_changes(folder)
     if (folder / BUILDING_FILE).is_file():
         return read_checked(
             folder / BUILDING_FILE,

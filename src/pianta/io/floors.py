@@ -10,7 +10,7 @@ read. The `rooms` of a door are two ids, those of an entrance an id and null; a 
 door. Since 2.6 a room has a `number`, or null; rooms, doors and the collection have the `global_id` of the file that
 they were read from, if it has one; a room may have a `flag`; a door to no room that is no entrance has `leads_out`
 false; and the collection has the `title` and `elevation` of the storey, if they are known. Since 2.5 `crs` names a
-local coordinate system, without which GDAL takes metres for degrees.
+local coordinate system, without which GDAL takes metres for degrees. Since 2.7 furniture may have a `kind`.
 """
 
 from __future__ import annotations
@@ -45,8 +45,9 @@ from pianta.floor import Door, Floor, Furniture, Room
 from pianta.io._checked import FileFormat, read_checked, save_checked
 from pianta.io._faults import validation_as
 from pianta.io._files import atomic_file
+from pianta.io._folders import finish_changes
 
-FORMAT = FileFormat("pianta floor", 2, 6)
+FORMAT = FileFormat("pianta floor", 2, 7)
 # GDAL takes a GeoJSON for degrees unless its `crs` names another system, and then reads WKT too.
 LOCAL_CRS = 'LOCAL_CS["map frame",UNIT["metre",1],AXIS["x",EAST],AXIS["y",NORTH]]'
 AREA_DIGITS = 4  # of square metres
@@ -99,6 +100,7 @@ def read_floor(path: str | Path) -> Floor:
     >>> len(floor)
     19
     """
+    finish_changes(Path(path).parent)
     return read_checked(path, "floor", FloorError, parse_floor, max_bytes=MAX_FILE_BYTES)
 
 
@@ -166,7 +168,8 @@ def _features_of_floor(floor: Floor) -> Iterator[dict[str, Any]]:
     for number, wall in enumerate(floor.walls, start=1):
         yield _feature("wall", number, {}, wall)
     for number, piece in enumerate(floor.furniture, start=1):
-        yield _feature("furniture", number, {"probability": _float_or_none(piece.probability)}, piece.polygon)
+        properties = {"probability": _float_or_none(piece.probability), **_without_none(kind=piece.kind)}
+        yield _feature("furniture", number, properties, piece.polygon)
     for number, door in enumerate(floor.possible_doors, start=1):
         yield _feature("possible_door", number, _describe_door(door), door.line)
     for room in floor.rooms:
@@ -338,6 +341,7 @@ class _WallFeature(_Part):
 
 class _FurnitureProperties(_Part):
     probability: FiniteFloat | None = None
+    kind: str | None = None
 
 
 class _FurnitureFeature(_Item):
@@ -346,7 +350,7 @@ class _FurnitureFeature(_Item):
 
     @cached_property
     def item(self) -> Furniture:
-        return Furniture(self.geometry.polygon, self.properties.probability)
+        return Furniture(self.geometry.polygon, **dict(self.properties))
 
 
 class _UnknownFeature(_Part):

@@ -28,7 +28,7 @@ Shape = TypeVar("Shape", bound=BaseGeometry)
 Matrix: TypeAlias = tuple[float, float, float, float, float, float]
 
 WGS84 = "EPSG:4326"
-MAX_FILE_BYTES = 2**20
+MAX_FILE_BYTES = 2**17  # thousand points; PyYAML takes 15 s for a wide file of 1 MB
 MAX_POINTS = 1000
 MAX_LISTED = 10  # points in a message
 MAX_COORDINATE = 1e8  # metres; beyond any coordinate system of the earth

@@ -28,7 +28,7 @@ Mode = Literal["trinary", "scale", "raw"]
 ImageFormat = Literal["png", "pgm", "bmp"]
 
 YAML_SUFFIXES = (".yaml", ".yml")
-MAX_YAML_BYTES = 1_000_000
+MAX_YAML_BYTES = 50_000  # a map.yaml has some 200; a wide one of 1 MB takes PyYAML 15 s
 
 # Of Nav2's map_saver in trinary mode. Grey 205 is an occupancy of 50/255, just above the free threshold of 0.196.
 FREE_GREY = 254

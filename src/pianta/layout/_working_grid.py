@@ -83,7 +83,7 @@ class WorkingGrid:
 
 def check_shows_rooms(grid: GridMap) -> None:
     """Raise MapError for a map with too coarse cells or too far from zero, without free cells, or with no other."""
-    _check_resolution(grid.resolution)
+    check_resolution(grid.resolution)
     if max(map(abs, grid.origin[:2])) > MAX_ORIGIN:
         raise MapError(f"its origin, {grid.origin[:2]}, is farther than {MAX_ORIGIN:g} m from zero; check the origin")
     if not grid.free.any():
@@ -92,7 +92,8 @@ def check_shows_rooms(grid: GridMap) -> None:
         raise MapError("every cell of the map is free, so no wall bounds a room; check its thresholds and negate")
 
 
-def _check_resolution(resolution: float) -> None:
+def check_resolution(resolution: float) -> None:
+    """Raise MapError for cells, of metres, that are too coarse to show rooms."""
     if resolution > MAX_RESOLUTION:
         raise MapError(f"cells of {resolution:g} m are too coarse to show rooms; check the resolution")
 
@@ -153,7 +154,7 @@ def _measure_blocks(cells: NDArray[np.int8], row_span: Indices, col_span: Indice
 
 def _resample_cells(cells: Mask, resolution: float, target: float) -> tuple[Mask, float]:
     """Cells of about the target size, from cells of the given resolution (metres); and the factor between the two."""
-    _check_resolution(resolution)
+    check_resolution(resolution)
     if resolution > target:
         affordable = max(1, int((MAX_REPEATED_CELLS / cells.size) ** 0.5))
         repeats = min(round(resolution / target), affordable)

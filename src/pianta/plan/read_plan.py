@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 from shapely import unary_union
@@ -15,10 +17,8 @@ from pianta.errors import OptionError, PlanError, PlanWarning
 from pianta.floor import Floor, scale_floor
 from pianta.gridmap import UNKNOWN, GridMap
 from pianta.io._files import MAX_CELLS, short_repr
+from pianta.io.drawings._child import read_in_child
 from pianta.io.drawings._drawing import LayerChoice, PlanDrawing
-from pianta.io.drawings.dxf import read_dxf_plan
-from pianta.io.drawings.ifc import read_ifc_plan
-from pianta.io.drawings.svg import read_svg_plan
 from pianta.io.drawings.sweethome3d import read_sweethome3d
 from pianta.io.images import Source, path_of
 from pianta.layout.reconstruct import DEFAULT_METHOD, check_method
@@ -52,7 +52,9 @@ from pianta.plan.walls.grid_strokes import erase_grid
 from pianta.plan.walls.segmentation import NETWORKS, ClassMap, has_walls, segment_sheet
 
 # Formats of buildings with storeys, in metres; all others are sheets.
-STOREY_READERS = MappingProxyType({".ifc": read_ifc_plan, ".sh3d": read_sweethome3d})
+STOREY_READERS: Mapping[str, Callable[[str | Path], Any]] = MappingProxyType(
+    {".ifc": partial(read_in_child, "ifc"), ".sh3d": read_sweethome3d}
+)
 DXF_SUFFIX = ".dxf"
 SVG_SUFFIX = ".svg"
 MANY_FLOORS = 4  # on a sheet, from which on they may be different plans, as on a board
@@ -193,9 +195,9 @@ def read_plan(
         return PlanReading(read_storeys(path), None)
     options = _SheetOptions(resolution, method, symbols, networks, with_symbols=with_symbols, with_text=with_text)
     if Path(path).suffix.lower() == DXF_SUFFIX and page is None:
-        return _read_dxf(read_dxf_plan(path, layers=layers), path, layers, options)
+        return _read_dxf(read_in_child("dxf", path, layers=layers), path, layers, options)
     if Path(path).suffix.lower() == SVG_SUFFIX and page is None:
-        return _read_svg(read_svg_plan(path), path, options)
+        return _read_svg(read_in_child("svg", path), path, options)
     return _read_sheet(open_sheet(source, page=page, max_cells=max_cells), path, options)
 
 

@@ -129,10 +129,10 @@ def plan_error(file: Path, fault: str) -> PlanError:
     return PlanError(f"plan {short_repr(file)} {fault}")
 
 
-def check_plan_file(path: str | Path, *, max_bytes: int) -> Path:
+def check_plan_file(path: str | Path, *, max_bytes: int | None = None) -> Path:
     """The path of a plan, as of check_input_file; PlanError if it has more than max_bytes."""
     file = check_input_file(path, "plan", PlanError)
-    if file.stat().st_size > max_bytes:
+    if max_bytes is not None and file.stat().st_size > max_bytes:
         raise plan_error(file, f"has more than {max_bytes} bytes, too many for a plan, give one floor")
     return file
 

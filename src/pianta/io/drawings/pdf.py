@@ -3,24 +3,18 @@
 from __future__ import annotations
 
 import ctypes
-import json
-import os
 import re
-import subprocess
-import sys
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import closing, suppress
-from dataclasses import asdict, dataclass, field
-from io import BytesIO
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import closing
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pianta._types import Colors, Floats
-from pianta.errors import PlanError
 from pianta.io._files import one_line_reason
+from pianta.io.drawings._child import read_in_child
 from pianta.io.drawings._clips import Clip, make_clip
 from pianta.io.drawings._drawing import DrawnText, PlanDrawing
 from pianta.io.drawings._layers import (
@@ -47,13 +41,6 @@ Box = tuple[float, float, float, float]
 MAX_FILE_BYTES = 128 * 2**20
 MAX_OBJECTS = 300_000
 MAX_DEPTH = 15  # of forms in forms
-MAX_SECONDS = 20  # of the processor
-MAX_MEMORY = 2 * 2**30  # bytes
-NO_MEMORY = 3  # exit code of the child process
-_CLOCK_FACTOR = 10  # of MAX_SECONDS by the clock; on a busy machine the processor's seconds take longer
-_COUNT = "count"  # asks the child for the number of pages
-_CHILD = "import json, sys; sys.path[:] = json.loads(sys.argv[1]); from pianta.io.drawings.pdf import answer_parent; "
-_CHILD += "answer_parent(*sys.argv[2:])"
 
 INCH = 0.0254  # m
 METRES_PER_POINT = INCH / 72
@@ -95,114 +82,28 @@ def read_pdf_plan(path: str | Path, *, page: int | None = None) -> PlanDrawing |
 
     Raises PlanError, in one line, if pypdfium2 (pianta[pdf]) is missing, for a file that is no PDF, damaged, protected
     by a password or too large, for several pages without a choice, for a page that does not exist, and for one that
-    needs more than MAX_SECONDS of the processor or MAX_MEMORY bytes.
+    takes more time or memory than its reader may (READERS of _child.py).
     """
-    file = check_plan_file(path, max_bytes=MAX_FILE_BYTES)
-    return _unpack(_ask_child(file, "" if page is None else str(page)), file)
+    require_library(check_plan_file(path), "pypdfium2", "a PDF", "pdf")
+    drawing: PlanDrawing | Colors = read_in_child("pdf", path, page=page)
+    return drawing
 
 
 def count_pdf_pages(path: str | Path) -> int:
     """The number of pages of a PDF; raises PlanError as read_pdf_plan."""
-    file = check_plan_file(path, max_bytes=MAX_FILE_BYTES)
-    return int(_ask_child(file, _COUNT)["count"])
+    require_library(check_plan_file(path), "pypdfium2", "a PDF", "pdf")
+    return int(read_in_child("pages", path))
 
 
-def _ask_child(file: Path, page: str) -> dict[str, NDArray[Any]]:
-    """What answer_parent writes in a child process; PlanError if it is an error."""
-    require_library(file, "pypdfium2", "a PDF", "pdf")
-    arguments = [json.dumps(sys.path), file, page, MAX_SECONDS, MAX_MEMORY]
-    one_thread = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
-    try:
-        child = subprocess.run(  # noqa: S603  # pianta itself, isolated from modules in the working folder
-            [sys.executable, "-I", "-c", _CHILD, *map(str, arguments)],
-            capture_output=True,
-            check=False,
-            env=os.environ | one_thread,
-            timeout=_CLOCK_FACTOR * MAX_SECONDS,
-        )
-    except subprocess.TimeoutExpired:
-        raise _too_large(file) from None
-    except OSError as exception:
-        raise plan_error(file, f"cannot be read in a child process: {one_line_reason(exception)}") from None
-    # A negative code is a signal: of the system, or of PDFium itself without memory.
-    if child.returncode < 0 or child.returncode == NO_MEMORY:
-        raise _too_large(file)
-    try:
-        packed = dict(np.load(BytesIO(child.stdout), allow_pickle=False))
-    except (OSError, ValueError, EOFError):
-        messages = child.stderr.decode(errors="replace").strip().splitlines() or ["no message"]
-        raise plan_error(file, f"cannot be read in a child process: {messages[-1]}") from None
-    if "error" in packed:
-        raise PlanError(str(packed["error"]))
-    return packed
+def count_pages(path: str | Path) -> int:
+    """The number of pages, counted in this process; otherwise as count_pdf_pages."""
+    with closing(_open_document(check_plan_file(path, max_bytes=MAX_FILE_BYTES))) as document:
+        return len(document)
 
 
-def _too_large(file: Path) -> PlanError:
-    fault = f"takes more than {MAX_SECONDS} s or {MAX_MEMORY / 2**30:.2g} GiB to read"
-    return plan_error(file, f"{fault}, give one floor, or the page as PNG")
-
-
-def answer_parent(path: str, page: str, seconds: str, memory: str) -> None:
-    """In the child process: limit it, read a page, and write the packed page or the error to its output.
-
-    page: its number from 1, "" for the only one; or "count" for how many there are.
-    """
-    with suppress(ImportError, OSError, ValueError):  # on Windows, and if the limits are lower already
-        import resource
-
-        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-        resource.setrlimit(resource.RLIMIT_CPU, (int(seconds), int(seconds)))
-        resource.setrlimit(resource.RLIMIT_AS, (int(memory), int(memory)))
-    answer = BytesIO()
-    try:
-        if page == _COUNT:
-            with closing(_open_document(Path(path))) as document:
-                np.savez(answer, count=np.array(len(document)))
-        else:
-            np.savez(answer, **_pack(read_document(Path(path), page=int(page) if page else None)))
-    except PlanError as error:
-        np.savez(answer, error=np.array(str(error)))
-    except MemoryError:
-        sys.exit(NO_MEMORY)
-    sys.stdout.buffer.write(answer.getvalue())
-
-
-def _pack(page: PlanDrawing | Colors) -> dict[str, Any]:
-    """The page as arrays without objects, the inverse of _unpack."""
-    if not isinstance(page, PlanDrawing):
-        return {"colors": page}
-    return {
-        "lines": page.lines,
-        "roles": page.roles,
-        "widths": page.widths,
-        "unnamed_doors": page.unnamed_doors,
-        "corners": np.concatenate([np.zeros((0, 2)), *page.fills]),
-        "ends": np.cumsum([len(outline) for outline in page.fills], dtype=np.intp),
-        "texts": np.array(json.dumps([asdict(text) for text in page.texts])),
-        "metres_per_unit": np.array(page.metres_per_unit or np.nan),
-    }
-
-
-def _unpack(packed: Mapping[str, NDArray[Any]], file: Path) -> PlanDrawing | Colors:
-    """The page from the arrays of `_pack`."""
-    if "colors" in packed:
-        return packed["colors"]
-    metres = float(packed["metres_per_unit"])
-    return PlanDrawing(
-        packed["lines"],
-        packed["roles"],
-        packed["widths"],
-        unnamed_doors=packed["unnamed_doors"],
-        fills=tuple(np.split(packed["corners"], packed["ends"][:-1]) if len(packed["ends"]) else ()),
-        texts=tuple(DrawnText(**text) for text in json.loads(str(packed["texts"]))),
-        metres_per_unit=None if np.isnan(metres) else metres,
-        is_on_paper=True,
-        source=file.name,
-    )
-
-
-def read_document(file: Path, *, page: int | None = None) -> PlanDrawing | Colors:
+def read_document(path: str | Path, *, page: int | None = None) -> PlanDrawing | Colors:
     """Read a page in this process, which ends if the page needs all memory; otherwise as read_pdf_plan."""
+    file = check_plan_file(path, max_bytes=MAX_FILE_BYTES)
     # PDFium refuses parts of a hostile file when they are used.
     with closing(_open_document(file)) as document, damage_as_plan_error(file, "PDF", MemoryError):
         return _read_page(document[_choose_page(file, len(document), page) - 1], file)

@@ -46,7 +46,9 @@ Style = Mapping[str, str]
 # Limits against hostile files.
 MAX_FILE_BYTES = 32 * 2**20
 MAX_ELEMENTS = 200_000
-MAX_DEPTH = 64  # of groups in groups
+MAX_DEPTH = 64  # of groups in groups, with what `use` shows
+MAX_NESTED = 200  # elements in elements: Python's walk through them is recursive
+MAX_CORNERS_READ = 5_000_000  # of all shapes, those that `use` repeats each time
 METRES_ATTRIBUTE = "data-metres-per-unit"
 
 _CAPITAL_HEIGHT = 0.7  # of the font size, on average
@@ -123,6 +125,11 @@ def _parse_svg(file: Path) -> Element:
         raise plan_error(file, f"is no SVG or damaged, save it again as SVG: {one_line_reason(exception)}") from None
     if _local_name(root.tag) != "svg":
         raise plan_error(file, f"is no SVG, its outermost element is {short_repr(_local_name(root.tag))}")
+    depth, level = 0, [root]
+    while level:
+        depth, level = depth + 1, [child for element in level for child in element]
+        if depth > MAX_NESTED:
+            raise plan_error(file, f"has elements more than {MAX_NESTED} deep in each other, ungroup some")
     return root
 
 
@@ -194,7 +201,9 @@ class _Reader:
     root: Element
     left_out: Counter[str] = field(default_factory=Counter)
     rooms: RoomShapes = field(default_factory=RoomShapes)
+    shapes: dict[int, list[Floats]] = field(default_factory=dict)  # by id() of the element, in its own coordinates
     elements: int = 0
+    corners: int = 0
 
     def __post_init__(self) -> None:
         self.by_id = {element.get("id"): element for element in self.root.iter()}
@@ -264,12 +273,23 @@ class _Reader:
             self._add_shape(self._chains_of_leaf(element, tag, within), within)
 
     def _chains_of_leaf(self, element: Element, tag: str, within: _Surroundings) -> list[Floats]:
-        """The lines of a shape in coordinates of the drawing; none, counted in left_out, if it is damaged."""
+        """The lines of a shape in coordinates of the drawing; none, counted in left_out, if it is damaged.
+
+        Raises PlanError for more than MAX_CORNERS_READ, by shapes that are used again and again.
+        """
         try:
-            return [within.transform(chain) for chain in _chains_of_shape(element, tag)]
+            if id(element) not in self.shapes:
+                self.shapes[id(element)] = _chains_of_shape(element, tag)
+            chains = self.shapes[id(element)]
         except Exception:  # svgelements raises various exceptions for damaged paths
             self.left_out["damaged shape"] += 1
             return []
+        self.corners += sum(map(len, chains))
+        if self.corners > MAX_CORNERS_READ:
+            raise plan_error(
+                self.pieces.file, f"draws shapes with more than {MAX_CORNERS_READ} corners, give one floor"
+            )
+        return [within.transform(chain) for chain in chains]
 
     def _add_shape(self, chains: list[Floats], within: _Surroundings) -> None:
         """Add the dark areas and the visible lines of a shape; chains: its lines in coordinates of the drawing."""
@@ -369,10 +389,18 @@ def _number(text: str | None, default: float = 0.0) -> float:
 def _parse_rules(css: str) -> dict[str, dict[str, str]]:
     """Simple selectors and their declarations; combined selectors match no element later."""
     rules: dict[str, dict[str, str]] = {}
-    for selectors, body in re.findall(r"([^{}]+)\{([^{}]*)\}", re.sub(r"/\*.*?\*/", " ", css, flags=re.DOTALL)):
-        for selector in selectors.split(","):
+    # Parts of a text and no expression for all of it, which would take the square of its length
+    for block in _without_comments(css).split("}")[:-1]:
+        before, _, body = block.rpartition("{")
+        for selector in before.rpartition("{")[2].split(","):
             rules.setdefault(selector.strip(), {}).update(_parse_declarations(body))
     return rules
+
+
+def _without_comments(css: str) -> str:
+    """CSS without its comments; one that does not end reaches to the end."""
+    first, *others = css.split("/*")
+    return " ".join([first, *(other.partition("*/")[2] for other in others)])
 
 
 def _parse_declarations(text: str) -> dict[str, str]:

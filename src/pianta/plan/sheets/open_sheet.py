@@ -3,21 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import partial
 from pathlib import Path
 
 from pianta._types import Colors
 from pianta.errors import MapError, PlanError
 from pianta.io._files import MAX_CELLS, check_input_file, short_repr
+from pianta.io.drawings._child import read_in_child
 from pianta.io.drawings._drawing import PlanDrawing
-from pianta.io.drawings.dxf import read_dxf_plan
 from pianta.io.drawings.pdf import MAX_DPI, MAX_SIDE_PX, read_pdf_plan
-from pianta.io.drawings.svg import read_svg_plan
 from pianta.io.images import PICTURE_SUFFIXES, Source, path_of, read_dots_per_inch, read_picture
 from pianta.plan.sheets.drawn_sheet import draw_sheet
 from pianta.plan.sheets.perspective import straighten
 from pianta.plan.sheets.sheet import Sheet
 
-DRAWING_READERS: Mapping[str, Callable[[Path], PlanDrawing]] = {".dxf": read_dxf_plan, ".svg": read_svg_plan}
+DRAWING_READERS: Mapping[str, Callable[[Path], PlanDrawing]] = {
+    ".dxf": partial(read_in_child, "dxf"),
+    ".svg": partial(read_in_child, "svg"),
+}
 PDF_SUFFIX = ".pdf"
 SHEET_SUFFIXES = (*PICTURE_SUFFIXES, *DRAWING_READERS, PDF_SUFFIX)
 

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from pianta._types import Colors
 from pianta.models import MODELS
+from pianta.plan.network import run_network
 from pianta.plan.sheets.binarization import compare_to_paper, invert_if_dark, max_channel, min_channel
 
 Probabilities = NDArray[np.float32]
@@ -24,10 +25,6 @@ Probabilities = NDArray[np.float32]
 # The classes of the network, in its order
 CLASSES = INSIDE, WALL, DOOR, OUTSIDE = range(4)
 DOOR_CELLS = 8.0  # cells across a door of 0.9 m, as the network was trained
-# Cells of a side that the network sees at once, multiples of BLOCK, since 768 × 768 take 0.4 GB
-TILE = 768
-TILE_OVERLAP = 96  # cells around a part of a larger sheet that the network sees, too
-BLOCK = 32  # cells: the network takes multiples, since it halves its input five times
 MIN_WALL_RATIO = 0.015  # cells of wall per cell of the inside: photos and noise have fewer. Chosen by hand
 NETWORKS = ("plan_regions_0.onnx", "plan_regions_1.onnx")
 # Which buildings each network was trained on
@@ -53,40 +50,7 @@ def segment_sheet(colors: Colors, *, door_px: float, networks: Sequence[str] = N
     """
     cell = door_px / DOOR_CELLS
     layers = input_layers(colors, cell_px=cell)
-    height, width = layers.shape[1:]
-    padded = np.pad(layers, ((0, 0), (0, -height % BLOCK), (0, -width % BLOCK)), mode="edge")[None]
-    outputs = [_run(_read_network(name), padded)[:, :height, :width] for name in networks]
-    return ClassMap(np.mean(outputs, axis=0), cell)
-
-
-def _run(network: cv2.dnn.Net, layers: Probabilities) -> Probabilities:
-    """What a network gives for layers, shape (1, 4, h, w): of large sheets tile by tile, for their memory."""
-    height, width = layers.shape[2:]
-    result = np.empty((len(CLASSES), height, width), np.float32)
-    for rows, seen_rows in _list_tiles(height):
-        for cols, seen_cols in _list_tiles(width):
-            network.setInput(np.ascontiguousarray(layers[:, :, seen_rows, seen_cols]))
-            inner = (
-                slice(rows.start - seen_rows.start, rows.stop - seen_rows.start),
-                slice(cols.start - seen_cols.start, cols.stop - seen_cols.start),
-            )
-            result[:, rows, cols] = network.forward()[0][:, *inner]
-    return result
-
-
-def _list_tiles(length: int) -> list[tuple[slice, slice]]:
-    """Parts of a length, cells, and what the network sees of each: the part and TILE_OVERLAP cells around it."""
-    if length <= TILE:
-        return [(slice(0, length), slice(0, length))]
-    step = TILE - 2 * TILE_OVERLAP
-    starts = range(0, length - 2 * TILE_OVERLAP, step)
-    ends = [min(start + step + TILE_OVERLAP, length) for start in starts]
-    ends[-1] = length
-    begins = [0, *ends[:-1]]
-    return [
-        (slice(begin, end), slice(max(0, begin - TILE_OVERLAP), min(length, end + TILE_OVERLAP)))
-        for begin, end in zip(begins, ends, strict=True)
-    ]
+    return ClassMap(np.mean([run_network(name, layers) for name in networks], axis=0), cell)
 
 
 def mean_entropy(class_map: ClassMap) -> float:
@@ -134,9 +98,3 @@ def networks_without(building: str) -> tuple[str, ...]:
     """
     trained_on = json.loads(TRAINED_ON.read_text(encoding="utf-8"))["networks"]
     return tuple(name for name in NETWORKS if building not in trained_on[name])
-
-
-def _read_network(name: str) -> cv2.dnn.Net:
-    """A network, which keeps the memory of its largest input as long as it is there; reading it takes a moment."""
-    content = (MODELS / name).read_bytes()
-    return cv2.dnn.readNetFromONNX(np.frombuffer(content, np.uint8))
