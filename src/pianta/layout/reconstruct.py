@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 from pianta._arguments import check_argument
 from pianta.errors import OptionError
 from pianta.floor import Floor
@@ -96,8 +98,11 @@ def find_rooms(grid: GridMap, *, method: str, parameters: Parameters | None = No
 
         return reconstruct_layout(grid, parameters=check_parameters(parameters, ThesisParameters))
     from pianta.layout.structure.reconstruct import reconstruct_structure
+    from pianta.layout.structure.tiles import PARAMETERS as TILE_PARAMETERS
+    from pianta.layout.structure.tiles import reconstruct_in_tiles
 
-    return reconstruct_structure(grid, parameters=check_parameters(parameters, StructureParameters))
+    read = partial(reconstruct_structure, parameters=check_parameters(parameters, StructureParameters))
+    return read(grid) if grid.cells.size <= TILE_PARAMETERS.max_whole else reconstruct_in_tiles(grid, read)
 
 
 def check_as_printed(method: str, parameters: Parameters | None = None) -> None:
