@@ -118,6 +118,12 @@ class TestResume:
         monkeypatch.setattr("pianta.batch.read_batch.__version__", "99")
         assert list_new(read(maps, tmp_path / "out", walls=True)) == everything
 
+    def test_options_that_are_left_out_have_their_usual_values(self, maps, tmp_path):
+        """What was read without labels is read again with them."""
+        read(maps, tmp_path / "out")
+        assert list_new(read(maps, tmp_path / "out", method="structure", predict_partial=True)) == {"broken"}
+        assert all(item.is_new for item in pianta.read_batch([maps], out=tmp_path / "out"))
+
     def test_only_failed_reads_no_new_files(self, maps, tmp_path):
         read(maps, tmp_path / "out")
         make_map().save(maps / "broken.npz")

@@ -129,7 +129,7 @@ def test_the_probability_of_a_cell_is_a_mean_of_network_and_hypotheses():
     scene = make_scene(fill_cells(10, 10, 20, 20), others=fill_cells(0, 45, 40, 60))
     hypotheses = [as_hypothesis(scene.observed), as_hypothesis(fill_cells(10, 10, 20, 50))]
     mixed = mix_cells(scene, np.full((40, 60), 0.5), hypotheses, np.array([0.5, 0.5 + TEMPERATURE]))
-    share = np.e / (1 + np.e)
+    share = np.exp(1) / (1 + np.exp(1))
     assert mixed[15, [15, 30, 50]] == pytest.approx([1, NETWORK_WEIGHT / 2 + (1 - NETWORK_WEIGHT) * share, 0])
     # Beside the longer hypothesis, in the wall, and further away.
     assert mixed[[20, 21], 30] == pytest.approx([mixed[15, 30], NETWORK_WEIGHT / 2])

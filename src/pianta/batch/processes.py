@@ -50,21 +50,34 @@ class Outcome(Generic[Item, Result]):
 
 
 def run_items(
-    work: Callable[[Item], Result], items: Sequence[Item], *, jobs: int, time_limit: float | None = None
+    work: Callable[[Item], Result],
+    items: Sequence[Item],
+    *,
+    jobs: int,
+    time_limit: float | None = None,
+    scheduler: str | None = None,
 ) -> Iterator[Outcome[Item, Result]]:
     """The outcome of each item, in the order in which they end.
 
     work: a function of a module, which processes can import. jobs: processes; with 1 the items run in this one, where
-    nothing can end a hanging item. time_limit: seconds for an item, None for no limit.
+    nothing can end a hanging item. time_limit: seconds for an item, None for no limit. scheduler: of a Dask cluster,
+    whose workers then do the work, as of `run_on_cluster`.
     """
+    if scheduler is not None:
+        try:
+            from pianta.batch.cluster import run_on_cluster
+        except ImportError:
+            raise OptionError("scheduler= needs Dask, install pianta[dask]") from None
+        yield from run_on_cluster(work, items, scheduler=scheduler)
+        return
     if jobs == 1:
         for item in items:
-            yield _guard(work, item)
+            yield guard_item(work, item)
         return
     yield from _run_in_processes(work, items, jobs, time_limit)
 
 
-def _guard(work: Callable[[Item], Result], item: Item) -> Outcome[Item, Result]:
+def guard_item(work: Callable[[Item], Result], item: Item) -> Outcome[Item, Result]:
     """The outcome of an item; its exceptions, but not Ctrl+C, are faults."""
     start = perf_counter()
     result, fault = None, None
@@ -105,7 +118,7 @@ def _run_in_processes(
             while pool.active and (waiting or running):
                 while waiting and len(running) < QUEUED_PER_JOB * jobs:
                     try:
-                        future = pool.schedule(_guard, args=[work, items[waiting[-1]]], timeout=time_limit)
+                        future = pool.schedule(guard_item, args=[work, items[waiting[-1]]], timeout=time_limit)
                     except RuntimeError:  # it broke meanwhile
                         break
                     running[future] = waiting.pop()

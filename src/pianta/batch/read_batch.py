@@ -8,6 +8,7 @@ import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from hashlib import sha256
+from inspect import signature
 from pathlib import Path
 from typing import Any, Unpack
 
@@ -19,7 +20,7 @@ from pianta.errors import OptionError, PiantaError
 from pianta.io._files import as_utf8, atomic_file, short_repr
 from pianta.io._folders import check_output_folder, remove_remains
 from pianta.reading._reader import Reader, ReadOptions
-from pianta.reading.read import MAX_JOBS, name_folders
+from pianta.reading.read import MAX_JOBS, name_folders, read
 from pianta.reading.reading import Reading, check_corrections, check_output, list_input_files
 
 FAULTS = "faults"  # the folder of reports on what was unforeseen
@@ -67,6 +68,7 @@ def read_batch(
     only_failed: bool = False,
     shard: str | None = None,
     time_limit: float | None = None,
+    scheduler: str | None = None,
     walls: bool = False,
     graph: bool = False,
     describe: Callable[[Reading], Any] | None = None,
@@ -93,6 +95,9 @@ def read_batch(
         depends on its absolute path alone. Each part has a journal of its own.
     time_limit
         Seconds for a file, from 2 jobs on; None for no limit.
+    scheduler
+        The address of a Dask scheduler, or the file that it has written: its workers read the files, which must be
+        under the same paths there. None to read them on this machine.
     walls, graph
         As of `Reading.save`.
     describe
@@ -134,6 +139,8 @@ def read_batch(
         raise OptionError(f"time_limit is {time_limit}, give seconds")
     if time_limit is not None and jobs == 1:
         raise OptionError("time_limit= ends processes, and one job needs none; give jobs=2 or more")
+    if scheduler is not None and (jobs > 1 or time_limit is not None):
+        raise OptionError("scheduler= has workers of its own, leave out jobs= and time_limit=")
     part = _parse_shard(shard)
     files = list_inputs(paths)
     if options.get("previous") is not None:
@@ -142,18 +149,19 @@ def read_batch(
     check_output_folder(target)
     reader = Reader.make(**options)
     batch = _Batch(target, _digest_options(options, walls=walls, graph=graph), describe)
-    how = _How(jobs, resume, only_failed, time_limit)
+    how = _How(jobs, resume, only_failed, time_limit, scheduler)
     return batch.run(files, _Work(reader, describe, walls, graph), part, how, progress)
 
 
 @dataclass(frozen=True)
 class _How:
-    """jobs, resume, only_failed, time_limit: as of `read_batch`."""
+    """jobs, resume, only_failed, time_limit, scheduler: as of `read_batch`."""
 
     jobs: int
     resume: bool
     only_failed: bool
     time_limit: float | None
+    scheduler: str | None
 
 
 @dataclass(frozen=True)
@@ -232,7 +240,10 @@ class _Batch:
             report(0, len(left))
             for item in done:
                 yield self._describe_entry(item, entries[item.key], is_new=False)
-            outcomes = run_items(work, left, jobs=how.jobs, time_limit=how.time_limit)
+            if how.scheduler is not None:
+                # Workers have working folders of their own
+                left = [replace(item, path=item.path.absolute(), folder=item.folder.absolute()) for item in left]
+            outcomes = run_items(work, left, jobs=how.jobs, time_limit=how.time_limit, scheduler=how.scheduler)
             for count, outcome in enumerate(outcomes, start=1):
                 entry = self._make_entry(outcome)
                 journal.record(entry)
@@ -331,10 +342,10 @@ def _describe_inputs(path: Path) -> str:
 
 def _digest_options(options: ReadOptions, *, walls: bool, graph: bool) -> str:
     """A digest of the options that change results, with the sizes and times of files among them."""
-    everything: dict[str, Any] = {**options, "walls": walls, "graph": graph}
+    defaults = {name: parameter.default for name, parameter in signature(read).parameters.items() if name != "path"}
+    everything: dict[str, Any] = {**defaults, **options, "walls": walls, "graph": graph}
     described = {
         name: [str(value), _describe_inputs(Path(value))] if isinstance(value, Path) else value
         for name, value in everything.items()
-        if value not in (None, (), False)
     }
     return sha256(json.dumps(described, sort_keys=True, default=repr).encode()).hexdigest()[:16]

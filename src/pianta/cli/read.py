@@ -146,6 +146,13 @@ RetryFailed = Annotated[bool, typer.Option("--retry-failed", help="Read only the
 Shard = Annotated[
     str | None, typer.Option(metavar="I/N", help="Read the Ith of N parts of the files, each on another machine.")
 ]
+Scheduler = Annotated[
+    str | None,
+    typer.Option(
+        metavar="ADDRESS|FILE",
+        help="Dask scheduler, or the file that it has written; its workers read the files instead of --jobs.",
+    ),
+]
 TimeLimit = Annotated[
     float | None,
     typer.Option(metavar="S", min=0.1, help="Seconds for a file, with --jobs from 2 on; it fails if it needs more."),
@@ -215,6 +222,7 @@ def read_maps(
     retry_failed: RetryFailed = False,
     shard: Shard = None,
     time_limit: TimeLimit = None,
+    scheduler: Scheduler = None,
     json_file: Json = None,
     quiet: Quiet = False,
 ) -> None:
@@ -279,7 +287,7 @@ def read_maps(
     extras = _Extras(clean, explain)
     extras.check(maps, method)
     named, links = _parse_building(storeys, stairs, lifts, len(maps))
-    how = _BatchOptions(walls, graph, jobs, resume, retry_failed, shard, time_limit)
+    how = _BatchOptions(walls, graph, jobs, resume, retry_failed, shard, time_limit, scheduler)
     if named is None and (len(maps) > 1 or is_collection(maps[0]) or how.flags):
         _read_several(maps, out, options, how, json_file, quiet=quiet)
     elif named is None:
@@ -323,11 +331,17 @@ class _BatchOptions:
     retry_failed: bool
     shard: str | None
     time_limit: float | None
+    scheduler: str | None
 
     @property
     def flags(self) -> list[str]:
         """Those that were given of the flags for batches alone."""
-        values = {"--retry-failed": self.retry_failed, "--shard": self.shard, "--time-limit": self.time_limit}
+        values = {
+            "--retry-failed": self.retry_failed,
+            "--shard": self.shard,
+            "--time-limit": self.time_limit,
+            "--scheduler": self.scheduler,
+        }
         return [flag for flag, value in values.items() if value]
 
 
@@ -345,6 +359,7 @@ def _read_several(
             only_failed=how.retry_failed,
             shard=how.shard,
             time_limit=how.time_limit,
+            scheduler=how.scheduler,
             walls=how.walls,
             graph=how.graph,
             describe=describe_for_journal,

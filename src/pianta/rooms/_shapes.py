@@ -127,10 +127,11 @@ def measure_doors(ends: DoorEnds, rectangles: Rectangles) -> dict[str, Floats]:
     to_ends = np.full(n, np.inf)
     along = rectangles.distance_to_ends(ends.rooms, ends.points) / rectangles.length[ends.rooms]
     np.minimum.at(to_ends, ends.rooms, along)
-    distances = np.linalg.norm(ends.points[:, None] - ends.points, axis=2)
-    same_room = ends.rooms[:, None] == ends.rooms
     span = np.zeros(n)
-    np.maximum.at(span, ends.rooms, np.where(same_room, distances, 0).max(axis=1, initial=0))
+    # Room by room: the distances of all pairs of doors of a campus would take gigabytes
+    for room in np.flatnonzero(np.bincount(ends.rooms, minlength=n) > 1):
+        points = ends.points[ends.rooms == room]
+        span[room] = np.linalg.norm(points[:, None] - points, axis=2).max()
     return {
         "doors": np.bincount(ends.rooms, minlength=n).astype(float),
         "openings": np.bincount(ends.rooms[ends.openings], minlength=n).astype(float),

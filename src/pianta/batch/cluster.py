@@ -1,0 +1,121 @@
+"""Work on many items on a Dask cluster: workers of any machines that see the same files."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from secrets import token_hex
+from typing import Any, TypeVar
+
+from distributed import Client, Future, KilledWorker, Worker, WorkerPlugin, as_completed, get_worker
+
+from pianta import __version__
+from pianta.batch.processes import QUEUED_PER_JOB, Fault, Outcome, describe_fault, guard_item
+from pianta.errors import OptionError
+from pianta.io._files import one_line_reason, short_repr
+
+Item = TypeVar("Item")
+Result = TypeVar("Result")
+
+SECONDS_TO_CONNECT = 20
+
+
+def run_on_cluster(
+    work: Callable[[Item], Result], items: Sequence[Item], *, scheduler: str
+) -> Iterator[Outcome[Item, Result]]:
+    """The outcome of each item, in the order in which they end.
+
+    scheduler: the address of a Dask scheduler, such as tcp://host:8786, or the file that it has written. A worker that
+    ends is replaced by Dask, and its item runs on another one; if it ends several workers, it has failed.
+    Raises OptionError if the scheduler does not answer, or its workers are others than pianta needs.
+    """
+    with _connect(scheduler) as client:
+        threads = sum(client.nthreads().values())
+        plugin = _WorkPlugin(work)
+        client.register_plugin(plugin)
+        waiting, running = iter(enumerate(items)), as_completed(loop=client.loop)
+        numbers: dict[str, int] = {}
+
+        def submit() -> None:
+            for number, item in waiting:
+                future = client.submit(_run_item, plugin.name, item, pure=False)
+                numbers[future.key] = number
+                running.add(future)
+                return
+
+        for _ in range(QUEUED_PER_JOB * threads):
+            submit()
+        try:
+            for future in running:
+                yield _collect(future, items[numbers.pop(future.key)], scheduler)
+                submit()
+        finally:
+            client.unregister_worker_plugin(plugin.name)
+
+
+class _WorkPlugin(WorkerPlugin):  # type: ignore[misc]  # of a library without types
+    """Gives the work to each worker, also to those that start later: it has megabytes of models."""
+
+    def __init__(self, work: Callable[[Any], Any]) -> None:
+        self.name = f"pianta-{token_hex(8)}"
+        self.work = work
+
+    def setup(self, worker: Worker) -> None:
+        """Keep the work in a worker."""
+        setattr(worker, self.name, self.work)
+
+    def teardown(self, worker: Worker) -> None:
+        """Forget it."""
+        delattr(worker, self.name)
+
+
+def _run_item(name: str, item: Any) -> Any:  # noqa: ANN401  # of any batch
+    """On a worker: the outcome of an item. name: of the plugin that has brought the work."""
+    return guard_item(getattr(get_worker(), name), item)
+
+
+def _collect(future: Future, item: Item, scheduler: str) -> Outcome[Item, Any]:
+    """The outcome of a future; OptionError if the scheduler is gone."""
+    if future.status in {"lost", "cancelled"}:
+        raise OptionError(f"the Dask scheduler {short_repr(scheduler)} is gone, start it again and go on")
+    if future.status == "finished":
+        outcome: Outcome[Item, Any] = future.result()
+        return outcome
+    error = future.exception()
+    if isinstance(error, KilledWorker):
+        return Outcome(item, None, Fault("killed", "it ended several workers, see their logs"), 0.0)
+    fault = describe_fault(error) if isinstance(error, Exception) else Fault("unforeseen", one_line_reason(error))
+    return Outcome(item, None, fault, 0.0)
+
+
+@contextmanager
+def _connect(scheduler: str) -> Iterator[Client]:
+    """A client of a scheduler whose workers have one thread and this version of pianta."""
+    file = Path(scheduler)
+    where = {"scheduler_file": scheduler} if "://" not in scheduler and file.is_file() else {"address": scheduler}
+    try:
+        client = Client(**where, timeout=SECONDS_TO_CONNECT, set_as_default=False)
+    except (OSError, ValueError, TypeError, KeyError) as exception:
+        fault = f"the Dask scheduler {short_repr(scheduler)} does not answer: {one_line_reason(exception)}"
+        raise OptionError(f"{fault}; give its address, such as tcp://host:8786, or its --scheduler-file") from None
+    with client:
+        _check_workers(client, scheduler)
+        yield client
+
+
+def _check_workers(client: Client, scheduler: str) -> None:
+    """Raise OptionError for no workers, for some with several threads, and for other versions of pianta."""
+    threads, noun = client.nthreads(), f"the Dask scheduler {short_repr(scheduler)}"
+    if not threads:
+        raise OptionError(f"{noun} has no workers, start some: dask worker {scheduler} --nthreads 1 --nworkers 2")
+    if max(threads.values()) > 1:
+        raise OptionError(f"{noun} has workers with several threads, start them with --nthreads 1 and more --nworkers")
+    versions = set(client.run(_read_version).values()) - {__version__}
+    if versions:
+        raise OptionError(f"{noun} has workers with pianta {', '.join(sorted(versions))}, install {__version__} there")
+
+
+def _read_version() -> str:
+    """On a worker: its version of pianta."""
+    return __version__

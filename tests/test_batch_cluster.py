@@ -1,0 +1,127 @@
+"""Batches on a Dask cluster: workers that start as a user starts them, and that are killed."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+import pianta
+from pianta.errors import OptionError
+
+pytest.importorskip("distributed", reason="pianta[dask] is not installed")
+
+pytestmark = [pytest.mark.slow, pytest.mark.filterwarnings("ignore::ResourceWarning")]
+
+
+@contextmanager
+def cluster(folder: Path, *, workers: int = 1, threads: int = 1):
+    """A scheduler and workers, as programs; gives the scheduler's file and the worker program."""
+    file, running = folder / "scheduler.json", []
+
+    def start(*arguments: str) -> subprocess.Popen[bytes]:
+        process = subprocess.Popen(
+            [sys.executable, "-m", "distributed.cli." + arguments[0], *arguments[1:]],
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+            cwd=folder,
+            env=os.environ | {"OMP_NUM_THREADS": "1"},
+        )
+        running.append(process)
+        return process
+
+    try:
+        start("dask_scheduler", "--scheduler-file", str(file), "--port", "0", "--no-dashboard", "--host", "127.0.0.1")
+        deadline = time.monotonic() + 60
+        while not file.exists() and time.monotonic() < deadline:
+            time.sleep(0.1)
+        options = ["--nthreads", str(threads), "--nworkers", str(workers), "--no-dashboard", "--local-directory"]
+        worker = start("dask_worker", "--scheduler-file", str(file), *options, str(folder)) if workers else None
+        if workers:
+            _wait_for_workers(file, workers)
+        yield file, worker
+    finally:
+        for process in reversed(running):
+            process.terminate()
+            process.wait(30)
+
+
+def _wait_for_workers(file: Path, count: int) -> None:
+    from distributed import Client
+
+    with Client(scheduler_file=str(file), set_as_default=False) as client:
+        client.wait_for_workers(count, timeout=60)
+
+
+@pytest.fixture
+def maps(tmp_path):
+    """Three maps, and a broken one."""
+    folder = tmp_path / "maps"
+    folder.mkdir()
+    grid = pianta.make_world("corridor")[1]
+    for name in ("a", "b", "c"):
+        grid.save(folder / f"{name}.npz")
+    (folder / "broken.npz").write_bytes(b"no map")
+    return folder
+
+
+def test_workers_read_what_one_process_reads(maps, tmp_path):
+    here = {item.path.name: item for item in pianta.read_batch([maps], out=tmp_path / "here", labels=False)}
+    with cluster(tmp_path) as (file, _):
+        command = [sys.executable, "-m", "pianta", "read", str(maps), "-o", "there", "--scheduler", str(file)]
+        done = subprocess.run(
+            [*command, "--no-labels", "--json", "o.json"], cwd=tmp_path, capture_output=True, text=True, check=False
+        )
+        assert done.returncode == 1, done.stderr
+        assert "broken.npz" in done.stderr
+        assert "3 of 4 files read" in done.stdout
+        assert len(json.loads((tmp_path / "o.json").read_text())["files"]) == 3
+        again = list(pianta.read_batch([maps], out=tmp_path / "there", scheduler=str(file), labels=False))
+        assert [item.is_new for item in again] == [False, False, False, True]
+    for name in ("a", "b", "c"):
+        own, other = (tmp_path / out / name / "floor.geojson" for out in ("here", "there"))
+        assert own.read_bytes() == other.read_bytes()
+    assert here["broken.npz"].fault == next(item.fault for item in again if item.fault)
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="this system has no SIGKILL")
+def test_a_worker_that_is_killed_loses_nothing(maps, tmp_path):
+    import psutil
+
+    with cluster(tmp_path, workers=2) as (file, worker):
+        items = pianta.read_batch([maps], out=tmp_path / "out", scheduler=str(file), labels=False)
+        first = next(items)
+        processes = psutil.Process(worker.pid).children(recursive=True)
+        max(processes, key=lambda process: process.memory_info().rss).kill()
+        names = sorted(item.path.name for item in [first, *items] if item.fault is None)
+    assert names == ["a.npz", "b.npz", "c.npz"]
+
+
+def test_clusters_that_do_not_fit_are_refused(maps, tmp_path):
+    with cluster(tmp_path, threads=2) as (file, _), pytest.raises(OptionError, match="several threads"):
+        list(pianta.read_batch([maps], out=tmp_path / "out", scheduler=str(file)))
+    other = tmp_path / "other"
+    other.mkdir()
+    with cluster(other, workers=0) as (file, _), pytest.raises(OptionError, match="has no workers"):
+        list(pianta.read_batch([maps], out=tmp_path / "out", scheduler=str(file)))
+
+
+@pytest.mark.parametrize("scheduler", ["tcp://127.0.0.1:1", "no such file", "", "x://y", "127.0.0.1"])
+def test_a_scheduler_that_does_not_answer_is_one_line(maps, tmp_path, scheduler, monkeypatch):
+    from pianta.batch import cluster as module
+
+    monkeypatch.setattr(module, "SECONDS_TO_CONNECT", 2)
+    with pytest.raises(OptionError, match="does not answer") as caught:
+        list(pianta.read_batch([maps], out=tmp_path / "out", scheduler=scheduler))
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("options", [{"jobs": 2}, {"jobs": 2, "time_limit": 9.0}])
+def test_jobs_and_schedulers_exclude_each_other(maps, tmp_path, options):
+    with pytest.raises(OptionError, match="workers of its own"):
+        pianta.read_batch([maps], out=tmp_path / "out", scheduler="tcp://127.0.0.1:1", **options)
