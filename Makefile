@@ -5,7 +5,7 @@ READY := $(VENV)/.ready
 # Also binds what pip installs to build the package.
 export PIP_CONSTRAINT := $(CURDIR)/constraints.txt
 
-.PHONY: demo quick test fuzz lint types docs site dist clean
+.PHONY: demo quick test properties fuzz lint types docs site dist clean
 
 demo: $(READY)  ## set up, and read the sample map into demo/read
 	$(BIN)/pianta world sample -o demo
@@ -13,8 +13,8 @@ demo: $(READY)  ## set up, and read the sample map into demo/read
 
 # A process of the tests has one thread, since there is one for each core, and keeps what it compiles: the next one
 # starts twice as fast.
-quick test fuzz: export OMP_NUM_THREADS := 1
-quick test fuzz: export PYTHONDONTWRITEBYTECODE :=
+quick test properties fuzz: export OMP_NUM_THREADS := 1
+quick test properties fuzz: export PYTHONDONTWRITEBYTECODE :=
 
 quick: $(READY)  ## set up, and pass the quick tests, which cover every module, in less than a minute
 	$(BIN)/pytest -n auto -m "not slow"
@@ -22,11 +22,15 @@ quick: $(READY)  ## set up, and pass the quick tests, which cover every module, 
 test: $(READY)  ## set up, and pass all tests
 	$(BIN)/pytest -n auto
 
-FUZZ_SECONDS ?= 1800
-fuzz: export HYPOTHESIS_PROFILE := fuzz
-fuzz: export FUZZ_SECONDS := $(FUZZ_SECONDS)
-fuzz: $(READY)  ## set up, and look for examples that break a test, for FUZZ_SECONDS (1800)
+PROPERTY_SECONDS ?= 1800
+properties: export HYPOTHESIS_PROFILE := properties
+properties: export PROPERTY_SECONDS := $(PROPERTY_SECONDS)
+properties: $(READY)  ## set up, and look for examples that break a test of a property, for PROPERTY_SECONDS (1800)
 	$(BIN)/pytest -n auto -r fE
+
+FUZZ_INPUTS ?= 1000000
+fuzz: $(READY)  ## set up, and give FUZZ_INPUTS (1000000) mutated inputs to readers and commands
+	$(BIN)/python fuzzing/fuzz.py --inputs $(FUZZ_INPUTS)
 
 lint: $(READY)
 	$(BIN)/ruff check .

@@ -8,15 +8,15 @@ import cv2
 import pytest
 from hypothesis import settings
 
-from tests.fuzzing import choose_fuzzed
+from tests.more_examples import choose_fuzzed
 
 cv2.setNumThreads(1)
 settings.register_profile("pianta", deadline=None, derandomize=True)
-settings.register_profile("fuzz", deadline=None, print_blob=True)
+settings.register_profile("properties", deadline=None, print_blob=True)
 PROFILE = os.environ.get("HYPOTHESIS_PROFILE") or "pianta"
 settings.load_profile(PROFILE)
-# No test of `make fuzz` starts later.
-FUZZ_END = monotonic() + float(os.environ.get("FUZZ_SECONDS") or "inf")
+# No test of `make properties` starts later.
+PROPERTIES_END = monotonic() + float(os.environ.get("PROPERTY_SECONDS") or "inf")
 
 DATA = Path(os.environ.get("PIANTA_DATA") or Path(__file__).parents[2] / "shared" / "data")
 
@@ -28,16 +28,16 @@ def pytest_itemcollected(item: pytest.Item) -> None:
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """`make fuzz` runs the tests of hypothesis only, each time in another order, so that all have their turn."""
-    if PROFILE == "fuzz":
+    """`make properties` runs the tests of hypothesis only, each time in another order, so that all have their turn."""
+    if PROFILE == "properties":
         # All processes of pytest-xdist need the same order, and know the same id of the run.
         items[:], others = choose_fuzzed(items, os.environ.get("PYTEST_XDIST_TESTRUNUID"))
         config.hook.pytest_deselected(items=others)
 
 
 def pytest_runtest_setup() -> None:
-    if PROFILE == "fuzz" and monotonic() > FUZZ_END:
-        pytest.skip("FUZZ_SECONDS are over")
+    if PROFILE == "properties" and monotonic() > PROPERTIES_END:
+        pytest.skip("PROPERTY_SECONDS are over")
 
 
 @pytest.fixture(scope="session")

@@ -113,7 +113,7 @@ def find_turns(text: str, first_line: int) -> Iterator[tuple[int, str]]:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("folder", ["src", "docs", "tests", "training", "benchmarks", "README.md"])
+@pytest.mark.parametrize("folder", ["src", "docs", "tests", "training", "benchmarks", "fuzzing", "README.md"])
 def test_the_words_are_those_of_the_field(folder):
     files = list_files(ROOT / folder)
     assert files

@@ -32,7 +32,7 @@ def list_inputs(paths: Iterable[str | Path]) -> list[Path]:
     """
     files: dict[Path, Path] = {}
     for path in [match for pattern in paths for match in _expand(pattern)]:
-        inside = [*_list_folder(path)] if path.is_dir() and not is_bag(path) else [path]
+        inside = [*_list_folder(path)] if _is_folder(path) and not is_bag(path) else [path]
         if not inside:
             raise OptionError(
                 f"folder {short_repr(path)} has no map or plan, give one with a map.yaml, pictures or drawings"
@@ -45,8 +45,16 @@ def list_inputs(paths: Iterable[str | Path]) -> list[Path]:
 def is_collection(path: str | Path) -> bool:
     """Whether a path stands for several files: a folder that is no bag, or a pattern."""
     if os.path.lexists(path):
-        return Path(path).is_dir() and not is_bag(Path(path))
+        return _is_folder(Path(path)) and not is_bag(Path(path))
     return has_magic(str(path))
+
+
+def _is_folder(path: Path) -> bool:
+    """Whether a path is a folder; False for one that the system refuses, whose reader says why."""
+    try:
+        return path.is_dir()
+    except (OSError, ValueError):
+        return False
 
 
 def _expand(pattern: str | Path) -> list[Path]:

@@ -14,6 +14,7 @@ import typer
 from pianta import __version__
 from pianta.cli.terminal import print_error, print_warnings, show_examples
 from pianta.errors import OptionError, PiantaError
+from pianta.io._files import one_line_reason, short_repr
 
 # Verb -> the function of its module that runs it; None for a verb with sub-verbs.
 VERBS = {
@@ -89,6 +90,12 @@ def main(arguments: Sequence[str] | None = None) -> None:
             app(arguments, prog_name="pianta")
     except PiantaError as error:
         print_error(error)
+        sys.exit(2)
+    except OSError as error:
+        if error.filename is None:
+            raise
+        # Names of files that the system refuses when they are first looked for, as those that are too long
+        print_error(OptionError(f"{short_repr(error.filename)} cannot be used: {one_line_reason(error)}"))
         sys.exit(2)
 
 

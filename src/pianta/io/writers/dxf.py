@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -46,7 +48,8 @@ def write_dxf(building: Building, target: Path, _: WriteOptions) -> list[str]:
     """A drawing in metres; of several storeys each has layers of its own, and only those of the lowest are on."""
     import ezdxf
 
-    document = ezdxf.new(VERSION, units=METRES)
+    with _fixed_meta_data():
+        document = ezdxf.new(VERSION, units=METRES)
     _make_blocks(document)
     notes: list[str] = []
     for number, storey in enumerate(building):
@@ -60,8 +63,22 @@ def write_dxf(building: Building, target: Path, _: WriteOptions) -> list[str]:
         notes.append("each storey has its own layers, those of the lowest one are on")
     if building.links:
         notes.append(f"DXF holds no {count_noun(len(building.links), 'link')} between storeys, left out")
-    document.saveas(target)
+    with _fixed_meta_data():
+        document.saveas(target)
     return notes
+
+
+@contextmanager
+def _fixed_meta_data() -> Iterator[None]:
+    """A block in which ezdxf writes no times and random ids, so that equal floors give equal bytes."""
+    from ezdxf import options
+
+    before = options.write_fixed_meta_data_for_testing
+    options.write_fixed_meta_data_for_testing = True
+    try:
+        yield
+    finally:
+        options.write_fixed_meta_data_for_testing = before
 
 
 def escape_text(text: str) -> str:

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 
 SCHEMA = "IFC4"
 PRECISION = 1e-5  # metres, of geometry; the value that BIM programs write
+WRITTEN = "1970-01-01T00:00:00"  # in the header
 LEAF_THICKNESS = 0.04  # metres, of a usual door
 FURNITURE_HEIGHT = 0.75  # metres, of a table
 GLOBAL_ID = re.compile(r"[0-3][0-9A-Za-z_$]{21}")  # 128 bits in base 64, ISO 16739
@@ -55,6 +56,8 @@ def write_ifc(building: Building, target: Path, _: WriteOptions) -> list[str]:
     for link in building.links:
         zone = model.add("IfcZone", f"link {link}", Name=link.kind, ObjectType=link.kind.upper())
         model.relate("IfcRelAssignsToGroup", RelatedObjects=[spaces[end] for end in link.ends], RelatingGroup=zone)
+    # Equal buildings give equal bytes
+    model.file.header.file_name.time_stamp = WRITTEN
     model.file.write(str(target))
     if model.refused:
         notes.append(f"{count_noun(model.refused, 'identifier')} that no IFC can have, or that occur twice, are new")

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import csv
+import re
+import zipfile
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Sequence
+from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
@@ -49,6 +52,11 @@ if TYPE_CHECKING:
     from openpyxl import Workbook
     from openpyxl.cell import Cell
 
+# Equal buildings give equal bytes: the oldest time that a ZIP can have
+WRITTEN = datetime(1980, 1, 1)  # openpyxl takes no zone
+PROPERTIES = "docProps/core.xml"
+_MODIFIED = re.compile(rb"(<dcterms:modified[^>]*>)[^<]*")
+
 Value: TypeAlias = str | float | None
 Row: TypeAlias = list[Value]
 
@@ -75,8 +83,23 @@ def write_excel(building: Building, target: Path, _: WriteOptions) -> list[str]:
     _add_sheet(workbook, "Rooms", *_mark_rough(building, ROOM_COLUMNS, list_room_rows(building)))
     _add_sheet(workbook, "Doors", DOOR_COLUMNS, _list_door_rows(building))
     _add_sheet(workbook, "Totals", *_mark_rough(building, TOTAL_COLUMNS, list_totals(building)))
+    workbook.properties.created = workbook.properties.modified = WRITTEN
     workbook.save(target)
+    _forget_times(target)
     return []
+
+
+def _forget_times(target: Path) -> None:
+    """Write an archive again without the times of its members and of its properties."""
+    with zipfile.ZipFile(target) as archive:
+        members = {name: archive.read(name) for name in archive.namelist()}
+    # openpyxl writes the time of saving, whatever the property is
+    members[PROPERTIES] = _MODIFIED.sub(
+        rb"\g<1>%s" % WRITTEN.strftime("%Y-%m-%dT%H:%M:%SZ").encode(), members[PROPERTIES]
+    )
+    with zipfile.ZipFile(target, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, content in members.items():
+            archive.writestr(zipfile.ZipInfo(name, WRITTEN.timetuple()[:6]), content, zipfile.ZIP_DEFLATED)
 
 
 def list_room_rows(building: Building) -> Iterator[Row]:

@@ -1,12 +1,12 @@
-"""`make fuzz` runs more examples than a test asks for, and others each time."""
+"""`make properties` runs more examples than a test asks for, and others each time."""
 
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tests.fuzzing import TIMES, fuzz
+from tests.more_examples import TIMES, fuzz
 
 
-def test_a_fuzzed_test_draws_more_and_other_examples():
+def test_a_test_with_more_examples_draws_more_and_other_examples():
     examples: list[int] = []
 
     @settings(max_examples=3, derandomize=True, database=None)

@@ -1,4 +1,4 @@
-"""How `make fuzz` runs the tests of hypothesis: more examples, other ones each time, and an end."""
+"""How `make properties` runs the tests of hypothesis: more examples, other ones each time, and an end."""
 
 import random
 from collections.abc import Callable
