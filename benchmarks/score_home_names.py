@@ -17,7 +17,7 @@ from pianta.errors import PlanError
 from pianta.floor import Floor, Room
 from pianta.plan.sheets.open_sheet import open_sheet
 from pianta.plan.text.recognition import read_texts
-from pianta.rooms.home import read_home_names
+from pianta.rooms.home import find_home_evidence
 
 DATA = Path(os.environ.get("PIANTA_DATA") or Path(__file__).parents[2] / "shared" / "data")
 # Of the plans of strangers, by eye: floors of offices, schools and a laboratory; the others are houses and flats
@@ -50,7 +50,7 @@ def measure_home(file: Path) -> float | None:
         return None
     texts = sheet.texts if sheet.texts is not None else read_texts(sheet.colors)
     rooms = tuple(Room(number, box(0, 0, 1, 1), name=text.text[:100]) for number, text in enumerate(texts, start=1))
-    return read_home_names(Floor(rooms)).probability
+    return find_home_evidence(Floor(rooms)).probability
 
 
 if __name__ == "__main__":

@@ -46,6 +46,7 @@ def main() -> None:
     options.out.mkdir(parents=True, exist_ok=True)
     names = options.targets or list_names()
     end = time.monotonic() + options.seconds if options.seconds else float("inf")
+    pieces = max(len(names), -(-options.inputs // PIECE))
     counts: Counter[str] = Counter()
     seconds: defaultdict[str, float] = defaultdict(float)
     findings_of: defaultdict[str, set[str]] = defaultdict(set)
@@ -61,8 +62,9 @@ def main() -> None:
         counts[name] += done
         seconds[name] += time.monotonic() - start
         findings_of[name] |= findings
+        sys.stdout.write(f"piece {piece + 1} of {pieces}: {name}, {done} inputs, {len(findings)} findings\n")
+        sys.stdout.flush()
 
-    pieces = max(len(names), -(-options.inputs // PIECE))
     with ThreadPoolExecutor(options.jobs) as pool:
         list(pool.map(run, range(pieces)))
     for name in names:

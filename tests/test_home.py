@@ -1,4 +1,4 @@
-"""Homes are known by the names of their rooms, in eight languages, and the rooms get the labels of homes."""
+"""Homes are known by the names of their rooms, in nine languages, and the rooms get the labels of homes."""
 
 import json
 from dataclasses import replace
@@ -8,11 +8,11 @@ import pytest
 from shapely import box
 
 import pianta
-from pianta.floor import Floor, Room
+from pianta.floor import Floor, Furniture, Room
 from pianta.labels import HOME, LabelSet
 from pianta.reading._labelling import Labelling, describe_type
 from pianta.rooms import home
-from pianta.rooms.home import label_home, read_home_names
+from pianta.rooms.home import find_home_evidence, label_home
 
 
 def floor(*names: str | None) -> Floor:
@@ -67,14 +67,14 @@ def test_rooms_of_homes_in_several_languages(names, labels):
     ],
 )
 def test_other_floors_are_no_homes(names):
-    assert read_home_names(floor(*names)).probability == 0
+    assert find_home_evidence(floor(*names)).probability == 0
     assert "home" not in label(*names).building_type
 
 
 def test_the_probability_grows_with_the_rooms_of_a_home():
     """Two rooms: 1 - 0.3**2; a bedroom and a kitchen, which counts half: 1 - 0.3**1.5."""
-    assert read_home_names(floor("Bedroom", "Living")).probability == pytest.approx(0.91)
-    assert read_home_names(floor("Bedroom", "Kitchen")).probability == pytest.approx(0.8357, abs=1e-4)
+    assert find_home_evidence(floor("Bedroom", "Living")).probability == pytest.approx(0.91)
+    assert find_home_evidence(floor("Bedroom", "Kitchen")).probability == pytest.approx(0.8357, abs=1e-4)
 
 
 def test_labels_of_the_coarser_sets_follow_from_those_of_homes():
@@ -102,19 +102,72 @@ def test_labels_of_corrected_rooms_follow_their_names():
 
 
 def test_what_is_printed_about_a_home():
-    assert describe_type(Floor((), building_type={"home": 0.91}), ("office", "school")) == (
-        "home 0.91, by the names of its rooms"
+    def describe(rooms: Floor) -> str:
+        return describe_type(replace(rooms, building_type={"home": 0.91}), ("office", "school"))
+
+    assert describe(floor("Living", "Bath")) == "home 0.91, by the names of its rooms"
+    assert describe(with_fixtures(floor(None), room_1="hob bath")) == "home 0.91, by its fixtures"
+    assert describe(floor(None)) == "home 0.91, by its other storeys"
+
+
+def with_fixtures(rooms: Floor, **kinds: str) -> Floor:
+    """The floor with fixtures; kinds: room_1="bath hob" for two fixtures in room 1."""
+    pieces = [
+        Furniture(box(4 * int(room[5:]) + 1, 1, 4 * int(room[5:]) + 1.6, 1.6), 0.9, name)
+        for room, listed in kinds.items()
+        for name in listed.split()
+    ]
+    return replace(rooms, furniture=tuple(pieces))
+
+
+def test_two_kinds_of_fixtures_of_homes_make_a_home():
+    """1 - 0.3**2; one kind alone has 0.7, which is too little, and offices have toilets and sinks, too."""
+    unnamed = floor(None, None, None)
+    assert find_home_evidence(with_fixtures(unnamed, room_1="hob", room_2="bed")).probability == pytest.approx(0.91)
+    assert find_home_evidence(with_fixtures(unnamed, room_1="hob sink", room_2="toilet")).probability == 0
+    assert find_home_evidence(with_fixtures(unnamed, room_1="bed", room_2="bed")).probability == 0
+    named = with_fixtures(floor("Living", None), room_2="hob")
+    assert find_home_evidence(named).probability == pytest.approx(0.91)
+
+
+def test_rooms_without_a_name_are_labelled_by_their_fixtures():
+    rooms = with_fixtures(
+        floor(None, None, None, "Store", None), room_1="hob sink", room_2="bed", room_3="toilet bath", room_4="bed"
     )
+    labelled = Labelling.make(None, None, None, None).label(rooms)
+    assert [room.label for room in labelled][:4] == ["KITCHEN", "BEDROOM", "BATHROOM", "STORAGE"]
+    assert describe_type(labelled, ("office", "school")).endswith("by the names of its rooms and its fixtures")
+
+
+@pytest.mark.parametrize(
+    ("depth", "kinds", "label"),
+    [
+        (3, "toilet sink", "BATHROOM"),
+        (1.2, "toilet", "TOILET"),
+        (1.2, "toilet bath", "BATHROOM"),
+        (9, "hob", "KITCHEN"),
+    ],
+)
+def test_small_rooms_with_a_toilet_have_no_bath(depth, kinds, label):
+    room = Floor((Room(1, box(4, 0, 6, depth)),))
+    pieces = tuple(Furniture(box(4.5, 0.3, 4.8, 0.6), 0.9, name) for name in kinds.split())
+    evidence = find_home_evidence(replace(room, furniture=pieces))
+    probabilities = evidence.labels[1]
+    assert max(probabilities, key=lambda name: probabilities[name]) == label
+
+
+def test_finnish_homes_have_short_names():
+    assert "home" in label("MH", "OH", "KK", "VH").building_type
 
 
 def test_manual_labels_are_kept_by_label_home():
     rooms = Floor((Room(1, box(0, 0, 4, 3), name="Bath", label="KITCHEN"),))
-    assert label_home(rooms, read_home_names(rooms))[1].label == "KITCHEN"
+    assert label_home(rooms, find_home_evidence(rooms))[1].label == "KITCHEN"
 
 
 def test_each_word_of_homes_has_one_label():
     content = json.loads(Path(home.__file__).with_name("home_names.json").read_text(encoding="utf-8"))
-    for language in ("en", "it", "de", "fr", "es", "pt", "sv", "ja"):
+    for language in ("en", "it", "de", "fr", "es", "pt", "sv", "fi", "ja"):
         words = [word for entry in content["kinds"] for word in entry["words"][language]]
         assert sorted(set(words)) == sorted(words), language
     assert {name for entry in content["kinds"] for name in entry["labels"]["home"]} <= set(HOME.by_name)

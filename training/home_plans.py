@@ -138,8 +138,11 @@ class Sheet:
         cv2.putText(self.colors, text, origin, font, scale, color, max(1, round(scale * 1.6)), cv2.LINE_AA)
 
 
-def draw_home_plan(rng: np.random.Generator) -> HomePlan:
-    """A plan of a home, or of another floor of pianta.worlds, in a random style."""
+Furnishing = Callable[[Sheet, Floor, Pen, np.random.Generator], None]
+
+
+def draw_home_plan(rng: np.random.Generator, furnishing: Furnishing | None = None) -> HomePlan:
+    """A plan of a home, or of another floor of pianta.worlds, in a random style; furnishing: instead of `furnish`."""
     if rng.random() < 0.8:
         floor = make_home_floor(seed=rng)
     else:
@@ -164,7 +167,7 @@ def draw_home_plan(rng: np.random.Generator) -> HomePlan:
     pen = Pen(ink, width)
     draw_around(sheet, around, pen, rng)
     pave_rooms(sheet, floor, pen, rng)
-    furnish(sheet, floor, pen, rng)
+    (furnishing or furnish)(sheet, floor, pen, rng)
     draw_walls(sheet, floor, footprint, [*open_lines, *(door.line for door in doors)], pen, rng=rng)
     draw_doors(sheet, floor, pen, rng)
     write_names(sheet, floor, ink, rng)

@@ -1,4 +1,4 @@
-"""The U-Net of fit_plan_regions.py and fit_map_regions.py, and how it is written for OpenCV."""
+"""The U-Net of the scripts that fit networks of pictures, and how it is written for OpenCV."""
 
 from __future__ import annotations
 
@@ -29,16 +29,19 @@ class Block(nn.Sequential):
 class UNet(nn.Module):
     """Ronneberger et al., U-Net: convolutional networks for biomedical image segmentation, 2015; small."""
 
-    def __init__(self, inputs: int, outputs: int) -> None:
+    def __init__(self, inputs: int, outputs: int, channels: tuple[int, ...] = CHANNELS) -> None:
         super().__init__()
-        before = (inputs, *CHANNELS[:-1])
-        self.down = nn.ModuleList([Block(*pair) for pair in zip(before, CHANNELS, strict=True)])
-        pairs = zip(CHANNELS[1:], CHANNELS[:-1], strict=True)
+        before = (inputs, *channels[:-1])
+        self.down = nn.ModuleList([Block(*pair) for pair in zip(before, channels, strict=True)])
+        pairs = zip(channels[1:], channels[:-1], strict=True)
         self.up = nn.ModuleList([Block(below + beside, beside) for below, beside in pairs])
-        self.last = nn.Conv2d(CHANNELS[0], outputs, 1)
+        self.last = nn.Conv2d(channels[0], outputs, 1)
 
     def forward(self, layers: torch.Tensor) -> torch.Tensor:
-        """Scores, shape (N, outputs, H, W), of layers, shape (N, inputs, H, W); sides are multiples of 32."""
+        """Scores, shape (N, outputs, H, W), of layers, shape (N, inputs, H, W).
+
+        Sides are multiples of 2 to the number of levels minus one.
+        """
         levels: list[torch.Tensor] = []
         for depth, block in enumerate(self.down):
             layers = block(functional.max_pool2d(layers, 2) if depth else layers)

@@ -40,6 +40,7 @@ from pianta.plan.sheets.open_sheet import open_sheet
 from pianta.plan.sheets.parts import SheetParts, find_parts
 from pianta.plan.sheets.sheet import DOOR_WIDTH, PlacedText, PlanScale, Sheet
 from pianta.plan.symbols.detection import find_symbols, remove_symbols
+from pianta.plan.symbols.fixtures import find_fixtures, place_fixtures
 from pianta.plan.symbols.poses import PlacedSymbol
 from pianta.plan.symbols.templates import builtin_templates, read_symbol_folder
 from pianta.plan.text.legend import find_legend
@@ -58,6 +59,7 @@ STOREY_READERS: Mapping[str, Callable[[str | Path], Any]] = MappingProxyType(
 DXF_SUFFIX = ".dxf"
 SVG_SUFFIX = ".svg"
 MANY_FLOORS = 4  # on a sheet, from which on they may be different plans, as on a board
+MIN_HOME = 0.3  # probability of a home, from which on its fixtures are looked for. Chosen by hand
 MIN_SHEET_LINES = 60  # of a DXF that are worth a network: simpler plans enclose their rooms, or show none
 # The frame of a storey
 CELL = 0.05  # m; larger for storeys that would have too many cells
@@ -294,6 +296,8 @@ def _read_sheet(sheet: Sheet, path: str | Path, options: _SheetOptions) -> PlanR
     ]
     if not scale.is_look:
         in_metres = [drop_narrow_doors(floor) for floor in in_metres]
+    if options.with_symbols and home_probability(spaces, texts) >= MIN_HOME:
+        in_metres = place_fixtures(in_metres, find_fixtures(textless, resolution=metres))
     left_out = describe_left_out([*boxes.values(), *division.no_rooms])
     notes = (*sheet.notes, *_question_plan(division.floors, sheet), *left_out)
     return PlanReading(_name_rooms(in_metres, sheet, texts, scale), sheet, placed, sheet.px_per_unit, notes)

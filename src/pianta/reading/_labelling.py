@@ -93,12 +93,12 @@ class Labelling:
         If the floor has a type, that type stays and rooms get its labels. A predicted type gives no labels to rooms:
         a wrong one would give all of them wrong names. If the building is of no known type, labels of F/C/E/S, which
         are those of schools and offices, are left out unless `label_unknown`, or a name says what the room is for.
-        A home is known by the names of its rooms, and they get the labels of homes.
+        A home is known by the names of its rooms and by fixtures in them, and they get the labels of homes.
         """
         from pianta.building_types.classify import classify_building
         from pianta.rooms.completion import fill_missing_labels
         from pianta.rooms.from_names import label_named_rooms
-        from pianta.rooms.home import read_home_names
+        from pianta.rooms.home import find_home_evidence
         from pianta.rooms.model import has_manual_label, keep_manual_label
 
         predicted = label_named_rooms(floor, self.rooms, self.words).rooms
@@ -107,7 +107,7 @@ class Labelling:
         labelled = replace(floor, rooms=rooms)
         if floor.building_type:
             return self._label_home(labelled) if self._is_home(floor) else labelled
-        home = read_home_names(floor, self.words).probability
+        home = find_home_evidence(floor, self.words).probability
         if home and not self.has_own_types and HOME.building_type not in self.rooms.building_types:
             return self._label_home(replace(labelled, building_type={HOME.building_type: home}))
         if self.has_own_types or all(map(has_manual_label, labelled.rooms)):
@@ -142,17 +142,17 @@ class Labelling:
         return replace(floor, rooms=tuple(new if predicted else old for old, new, predicted in pairs))
 
     def share_home(self, storeys: Sequence[Floor]) -> list[Floor]:
-        """The labelled storeys of a building; all are a home if the names on all of them together are those of one.
+        """The labelled storeys of a building; all are a home if names and fixtures on all of them together say so.
 
         A storey of a house may have too few names, as an attic or a cellar.
         """
-        from pianta.rooms.home import join_home_names, read_home_names
+        from pianta.rooms.home import find_home_evidence, join_home_evidence
 
-        names = join_home_names([read_home_names(floor, self.words) for floor in storeys])
+        evidence = join_home_evidence([find_home_evidence(floor, self.words) for floor in storeys])
         knows_homes = self.has_own_types or HOME.building_type in self.rooms.building_types
-        if self.building_type is not None or knows_homes or not names.probability:
+        if self.building_type is not None or knows_homes or not evidence.probability:
             return list(storeys)
-        home = {HOME.building_type: names.probability}
+        home = {HOME.building_type: evidence.probability}
         return [
             floor if floor.given_type else self._label_home(replace(floor, building_type=home)) for floor in storeys
         ]
@@ -163,13 +163,13 @@ class Labelling:
         return is_home and HOME.building_type not in self.rooms.building_types
 
     def _label_home(self, floor: Floor) -> Floor:
-        """The floor of a home with labels of homes where names give them, and of R/C for the others."""
-        from pianta.rooms.home import label_home, read_home_names
+        """The floor of a home with labels of homes where names or fixtures give them, and of R/C for the others."""
+        from pianta.rooms.home import find_home_evidence, label_home
         from pianta.rooms.model import has_manual_label
 
-        names = read_home_names(floor, self.words)
+        evidence = find_home_evidence(floor, self.words)
         coarse = tuple(room if has_manual_label(room) else _keep_coarse_label(room) for room in floor.rooms)
-        return label_home(replace(floor, rooms=coarse), names)
+        return label_home(replace(floor, rooms=coarse), evidence)
 
     def _keep_reliable_labels(self, floor: Floor) -> Floor:
         """The floor of a building of no known type, with the labels that do not depend on the type."""
@@ -212,6 +212,15 @@ def check_type_name(building_type: str) -> str:
         raise OptionError(f"building_type=: {error}") from None
 
 
+def _describe_home_evidence(floor: Floor) -> str:
+    """What a home is known by."""
+    from pianta.rooms.home import HOME_FIXTURES
+
+    names = ["the names of its rooms"] if any(room.name for room in floor) else []
+    fixtures = ["its fixtures"] if any(piece.kind in HOME_FIXTURES for piece in floor.furniture) else []
+    return " and ".join(names + fixtures) or "its other storeys"
+
+
 def describe_type(floor: Floor, candidate_types: Sequence[str]) -> str:
     """The type of a floor's building with probabilities, or that it is unlike all candidate types of the model."""
     if not floor.building_type:
@@ -220,7 +229,7 @@ def describe_type(floor: Floor, candidate_types: Sequence[str]) -> str:
         return f"{floor.building_types[0]}, as given by a user"
     first, *others = (f"{name} {floor.building_type[name]:.2f}" for name in floor.building_types)
     if HOME.building_type in floor.building_type and HOME.building_type not in candidate_types:
-        return f"{first}, by the names of its rooms"
+        return f"{first}, by {_describe_home_evidence(floor)}"
     neither = 1 - sum(floor.building_type.values())
     if neither >= MIN_SHOWN_PROBABILITY:
         others.append(f"{'neither' if len(candidate_types) == 2 else 'none of these'} {neither:.2f}")
