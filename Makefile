@@ -5,7 +5,7 @@ READY := $(VENV)/.ready
 # Also binds what pip installs to build the package.
 export PIP_CONSTRAINT := $(CURDIR)/constraints.txt
 
-.PHONY: demo quick test properties fuzz lint types docs site dist clean
+.PHONY: demo quick test properties fuzz matrix lint types docs site dist clean
 
 demo: $(READY)  ## set up, and read the sample map into demo/read
 	$(BIN)/pianta world sample -o demo
@@ -27,6 +27,9 @@ properties: export HYPOTHESIS_PROFILE := properties
 properties: export PROPERTY_SECONDS := $(PROPERTY_SECONDS)
 properties: $(READY)  ## set up, and look for examples that break a test of a property, for PROPERTY_SECONDS (1800)
 	$(BIN)/pytest -n auto -r fE
+
+matrix:  ## the quick tests with each Python from 3.11 to 3.13 that is at hand, and with the lowest versions of packages
+	$(PYTHON) .ci/matrix.py
 
 FUZZ_INPUTS ?= 1000000
 fuzz: $(READY)  ## set up, and give FUZZ_INPUTS (1000000) mutated inputs to readers and commands

@@ -52,10 +52,10 @@ def main() -> int:
 
 def run(*command: object, **options: object) -> str:
     """What a command prints; it is printed here too, and a command that fails stops the script."""
-    print("$", *command, flush=True)  # noqa: T201
+    print("$", *command, flush=True)
     words = [str(word) for word in command]
-    done = subprocess.run(words, check=False, text=True, stdout=subprocess.PIPE, **options)  # type: ignore[call-overload] # noqa: S603
-    print(done.stdout, flush=True)  # noqa: T201
+    done = subprocess.run(words, check=False, text=True, stdout=subprocess.PIPE, **options)  # type: ignore[call-overload]
+    print(done.stdout, flush=True)
     if done.returncode:
         sys.exit(done.returncode)
     return str(done.stdout)
@@ -64,7 +64,7 @@ def run(*command: object, **options: object) -> str:
 def check_size(path: Path) -> list[str]:
     """A line if a file is too large."""
     megabytes = path.stat().st_size / 1e6
-    print(f"{path.name}: {megabytes:.1f} MB")  # noqa: T201
+    print(f"{path.name}: {megabytes:.1f} MB")
     return [f"{path.name} has {megabytes:.1f} MB, {MAX_MEGABYTES} are allowed"] * (megabytes > MAX_MEGABYTES)
 
 
@@ -97,7 +97,7 @@ def show_contents(path: Path, names: set[str]) -> None:
     """Print the number of files by folder."""
     counts = Counter("/".join(PurePosixPath(name).parts[:2]) for name in names)
     lines = [f"  {count:4} {folder}" for folder, count in sorted(counts.items())]
-    print(f"{path.name}: {len(names)} files", *lines, sep="\n", flush=True)  # noqa: T201
+    print(f"{path.name}: {len(names)} files", *lines, sep="\n", flush=True)
 
 
 def compare(path: Path, names: set[str], expected: set[str]) -> list[str]:
@@ -108,7 +108,7 @@ def compare(path: Path, names: set[str], expected: set[str]) -> list[str]:
 
 def list_tracked(folder: str = ".") -> list[str]:
     """The files of a folder that git knows."""
-    listed = subprocess.run(["git", "ls-files", folder], cwd=ROOT, check=True, text=True, stdout=subprocess.PIPE)  # noqa: S603, S607
+    listed = subprocess.run(["git", "ls-files", folder], cwd=ROOT, check=True, text=True, stdout=subprocess.PIPE)  # noqa: S607
     return listed.stdout.splitlines()
 
 
@@ -133,7 +133,7 @@ def try_wheels() -> None:
         run(*install, f"pianta[bench]=={version}", cwd=folder, env=environment)
         if "segmentation" not in run(binaries / "pianta", "bench", "--help", cwd=folder, env=environment):
             sys.exit("pianta bench --help does not list its benches")
-    print("pianta and its benches work in an empty environment")  # noqa: T201
+    print("pianta and its benches work in an empty environment")
 
 
 if __name__ == "__main__":

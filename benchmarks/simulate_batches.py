@@ -81,8 +81,8 @@ def measure_collection(out: Path, count: int) -> tuple[float, float]:
     before, start = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss, time.perf_counter()
     with TemporaryDirectory() as folder:
         collect_batch(out, folder)
-    taken = (time.perf_counter() - start) / count
-    return taken, max(0, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) * 1024 / count
+    seconds = (time.perf_counter() - start) / count
+    return seconds, max(0, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) * 1024 / count
 
 
 def simulate(workers: int, seconds: np.ndarray, per_result: float) -> tuple[float, float]:
@@ -91,16 +91,16 @@ def simulate(workers: int, seconds: np.ndarray, per_result: float) -> tuple[floa
     seconds: of maps, from which theirs are drawn. per_result: seconds of the client for each, one after the other.
     """
     rng = np.random.default_rng(1)
-    drawn = rng.choice(seconds, MAPS_PER_WORKER * workers)
+    work = rng.choice(seconds, MAPS_PER_WORKER * workers)
     free = [0.0] * workers
     client = 0.0
-    for each in drawn:
+    for each in work:
         done = heapq.heappop(free) + each
         client = max(client, done) + per_result
         # A worker has some maps at hand, and then waits for the client
         heapq.heappush(free, max(done, client - QUEUED_PER_JOB * each))
     end = max(client, *free)
-    return len(drawn) / end, float(drawn.sum() / (workers * end))
+    return len(work) / end, float(work.sum() / (workers * end))
 
 
 if __name__ == "__main__":

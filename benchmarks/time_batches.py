@@ -1,9 +1,10 @@
 """Rate, memory and loss of batches: `pianta read FOLDER` on many made maps, some of them broken, with random kills.
 
-Run: OMP_NUM_THREADS=1 python benchmarks/time_batches.py FOLDER [--maps 1000] [--broken 20] [--kills 300]
+Run: OMP_NUM_THREADS=1 python benchmarks/time_batches.py FOLDER [--maps 1000] [--broken 20] [--kills 300] [--dask]
 
 The maps, made floors of mixed kinds and sizes, are written into FOLDER/maps if they are not there yet. They are read
-with one process and with two: the ratio of the rates counts. Then they are read with two while processes are killed at
+with one process and with two: the ratio of the rates counts; with --dask the same is measured on a local cluster of one
+and of two workers, and nothing is killed. Else they are then read with two while processes are killed at
 random moments: one process of the batch, or the program itself, which is started again. At the end
 
 - each map must have all its results, byte for byte those of the run with one process,
@@ -43,8 +44,14 @@ def main() -> None:
     parser.add_argument("--maps", type=int, default=1000)
     parser.add_argument("--broken", type=int, default=20)
     parser.add_argument("--kills", type=int, default=300)
+    parser.add_argument("--dask", action="store_true")
     options = parser.parse_args()
     maps = make_maps(options.folder / "maps", options.maps, options.broken)
+    if options.dask:
+        one, two = (time_cluster(maps, options.folder / f"workers-{workers}", workers) for workers in (1, 2))
+        sys.stdout.write(f"one worker {one:.1f} s, two {two:.1f} s: {one / two / 2:.0%} of twice the rate\n")
+        compare_results(options.folder / "workers-1", options.folder / "workers-2")
+        return
     one, two = (time_batch(maps, options.folder / f"jobs-{jobs}", jobs) for jobs in (1, 2))
     sys.stdout.write(f"one process {one:.1f} s, two {two:.1f} s: {one / two / 2:.0%} of twice the rate\n")
     kill_batch(maps, options.folder / "killed", options.kills)
@@ -94,6 +101,21 @@ def time_batch(maps: Path, out: Path, jobs: int) -> float:
         f"tenth, {last:.0f} MiB in the last ({last / first - 1:+.0%})\n"
     )
     return seconds
+
+
+def time_cluster(maps: Path, out: Path, workers: int) -> float:
+    """Seconds of a batch on a local Dask cluster, which is started before."""
+    from distributed import LocalCluster
+
+    with LocalCluster(
+        n_workers=workers, threads_per_worker=1, host="127.0.0.1", dashboard_address=None, memory_limit=0
+    ) as cluster:
+        command = [sys.executable, "-m", "pianta", "read", str(maps), "-o", str(out)]
+        start = time.perf_counter()
+        subprocess.run(
+            [*command, "--scheduler", cluster.scheduler_address, "-q"], stderr=subprocess.DEVNULL, check=False
+        )
+        return time.perf_counter() - start
 
 
 def count_entries(out: Path) -> int:

@@ -79,5 +79,5 @@ def test_drawn_fixtures_are_found_and_furniture_is_not():
     assert {piece.kind for piece in pieces} >= {"hob", "bed"}
     for piece in pieces:
         (left, top), (right, bottom) = {"hob": hob, "bed": bed}.get(piece.kind, bath)
-        drawn = box(left * 0.02, (260 - bottom) * 0.02, right * 0.02, (260 - top) * 0.02)
-        assert drawn.intersection(piece.polygon).area > 0.5 * drawn.union(piece.polygon).area
+        outline = box(left * 0.02, (260 - bottom) * 0.02, right * 0.02, (260 - top) * 0.02)
+        assert outline.intersection(piece.polygon).area > 0.5 * outline.union(piece.polygon).area

@@ -40,7 +40,7 @@ FIXTURE_LABELS: tuple[tuple[frozenset[str], Mapping[str, float]], ...] = (
     (frozenset({"hob"}), {"KITCHEN": 0.8, "LIVING ROOM": 0.2}),
     (frozenset({"bed"}), {"BEDROOM": 0.95, "LIVING ROOM": 0.05}),
 )
-MAX_HOME_ROOMS = 15  # of a floor whose fixtures speak for a home: on larger ones some are found that are none
+MAX_HOME_ROOMS = 15  # of a floor whose fixtures speak for a home: on larger ones other furniture is taken for some
 SMALL_TOILET = 2.5  # m²: a smaller room with a toilet has hardly a bath
 OPEN_KITCHEN = 18.0  # m²: a larger room with a hob is also for living
 # Chosen by hand:
