@@ -78,6 +78,6 @@ def test_drawn_fixtures_are_found_and_furniture_is_not():
     pieces = find_fixtures(Sheet(colors), resolution=0.02)
     assert {piece.kind for piece in pieces} >= {"hob", "bed"}
     for piece in pieces:
-        (left, top), (right, bottom) = {"hob": hob, "bed": bed}.get(piece.kind, bath)
+        (left, top), (right, bottom) = {"hob": hob, "bed": bed}.get(piece.kind or "", bath)
         outline = box(left * 0.02, (260 - bottom) * 0.02, right * 0.02, (260 - top) * 0.02)
         assert outline.intersection(piece.polygon).area > 0.5 * outline.union(piece.polygon).area

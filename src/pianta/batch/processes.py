@@ -55,21 +55,12 @@ def run_items(
     *,
     jobs: int,
     time_limit: float | None = None,
-    scheduler: str | None = None,
 ) -> Iterator[Outcome[Item, Result]]:
     """The outcome of each item, in the order in which they end.
 
     work: a function of a module, which processes can import. jobs: processes; with 1 the items run in this one, where
-    nothing can end a hanging item. time_limit: seconds for an item, None for no limit. scheduler: of a Dask cluster,
-    whose workers then do the work, as of `run_on_cluster`.
+    nothing can end a hanging item. time_limit: seconds for an item, None for no limit.
     """
-    if scheduler is not None:
-        try:
-            from pianta.batch.cluster import run_on_cluster
-        except ImportError:
-            raise OptionError("scheduler= needs Dask, install pianta[dask]") from None
-        yield from run_on_cluster(work, items, scheduler=scheduler)
-        return
     if jobs == 1:
         for item in items:
             yield guard_item(work, item)

@@ -240,11 +240,7 @@ class _Batch:
             report(0, len(left))
             for item in done:
                 yield self._describe_entry(item, entries[item.key], is_new=False)
-            if how.scheduler is not None:
-                # Workers have working folders of their own
-                left = [replace(item, path=item.path.absolute(), folder=item.folder.absolute()) for item in left]
-            outcomes = run_items(work, left, jobs=how.jobs, time_limit=how.time_limit, scheduler=how.scheduler)
-            for count, outcome in enumerate(outcomes, start=1):
+            for count, outcome in enumerate(_run(work, left, how), start=1):
                 entry = self._make_entry(outcome)
                 journal.record(entry)
                 report(count, len(left))
@@ -309,6 +305,19 @@ class _Batch:
         fault = None if entry.is_done else entry.fault
         description = json.loads(entry.description) if self.describe else None
         return BatchItem(item.path, item.folder, fault, entry.group, entry.seconds, is_new, description)
+
+
+def _run(work: _Work, items: Sequence[_Item], how: _How) -> Iterator[Outcome[_Item, _Result]]:
+    """The outcome of each file, from processes of this machine or from a cluster."""
+    if how.scheduler is None:
+        return run_items(work, items, jobs=how.jobs, time_limit=how.time_limit)
+    try:
+        from pianta.batch.cluster import run_on_cluster
+    except ImportError:
+        raise OptionError("scheduler= needs Dask, install pianta[dask]") from None
+    # Workers have working folders of their own
+    absolute = [replace(item, path=item.path.absolute(), folder=item.folder.absolute()) for item in items]
+    return run_on_cluster(work, absolute, scheduler=how.scheduler)
 
 
 def _parse_shard(shard: str | None) -> tuple[int, int] | None:
