@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from shapely import box
 
 import pianta
-from pianta.cli.read import tabulate_rooms
+from pianta.cli.reading_text import tabulate_rooms
 from pianta.cli.terminal import describe_floor
 from pianta.corrections.kinds import ScaleToArea
 from pianta.floor import Floor, Room

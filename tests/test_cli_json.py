@@ -76,7 +76,7 @@ def test_read_lists_the_files_that_can_be_read(map_file, tmp_path):
 
 
 def test_a_table_in_a_pipe_has_a_line_for_each_room(path, capsys, monkeypatch):
-    from pianta.cli.read import tabulate_rooms
+    from pianta.cli.reading_text import tabulate_rooms
     from pianta.cli.terminal import print_table
 
     monkeypatch.delenv("COLUMNS", raising=False)

@@ -11,7 +11,7 @@ from PIL import Image
 from rich.console import Console
 from shapely import LineString, box
 
-from pianta.cli.read import tabulate_rooms
+from pianta.cli.reading_text import tabulate_rooms
 from pianta.cli.terminal import describe_floor
 from pianta.floor import Door, Floor, Room
 from pianta.gridmap import UNKNOWN, GridMap

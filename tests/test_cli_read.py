@@ -21,7 +21,7 @@ from shapely import LineString, box
 
 from pianta import __version__
 from pianta.cli import main
-from pianta.cli.read import tabulate_rooms
+from pianta.cli.reading_text import tabulate_rooms
 from pianta.errors import PiantaError
 from pianta.floor import Door, Floor, Room
 from pianta.gridmap import FREE, OCCUPIED, UNKNOWN, GridMap

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from shapely import Point, Polygon, box
 from shapely.affinity import rotate, translate
 
-from pianta.cli.read import tabulate_rooms
+from pianta.cli.reading_text import tabulate_rooms
 from pianta.errors import FloorError, OptionError
 from pianta.floor import Door, Floor, Room, scale_floor
 from pianta.gridmap import FREE, OCCUPIED, UNKNOWN, GridMap

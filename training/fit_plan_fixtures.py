@@ -11,8 +11,6 @@ be counted.
 from __future__ import annotations
 
 import argparse
-import sys
-import time
 import warnings
 from collections.abc import Iterator
 from pathlib import Path
@@ -22,10 +20,9 @@ import cv2
 import numpy as np
 import shapely
 import torch
-from fit_plan_regions import LAYERS, SCREENSHOT, Lesson, Probabilities, change_tones, fold_of
+from fit_plan_regions import LAYERS, SCREENSHOT, Lesson, Probabilities, cut_square, fit, fold_of
 from fixture_plans import FixturePlan, draw_fixture_plan
-from torch.nn import functional
-from unet import UNet, has_bfloat16, write_onnx
+from unet import UNet, write_onnx
 
 from pianta.errors import PiantaError
 from pianta.io.images import read_picture
@@ -87,7 +84,7 @@ def read_real_lessons(data: Path) -> list[Lesson]:
 
 def augment_lesson(lesson: Lesson, rng: np.random.Generator) -> Lesson:
     """A square of a lesson, scaled, rotated, mirrored, and with other tones."""
-    layers, kinds = lesson
+    _, kinds = lesson
     scale = np.exp(rng.normal(0, 0.17))
     angle = rng.integers(4) * 90 + (rng.uniform(-45, 45) if rng.random() < 0.15 else rng.normal())
     row, col = rng.uniform((0, 0), kinds.shape)
@@ -96,14 +93,7 @@ def augment_lesson(lesson: Lesson, rng: np.random.Generator) -> Lesson:
     if len(present) and rng.random() < 0.85:
         cells = np.argwhere(kinds == rng.choice(present))
         row, col = cells[int(rng.integers(len(cells)))]
-    matrix = cv2.getRotationMatrix2D((float(col), float(row)), float(angle), float(scale))
-    matrix[:, 2] += np.array([SIDE / 2 - col, SIDE / 2 - row]) + rng.uniform(-60, 60, 2)
-    if rng.random() < 0.5:
-        matrix = np.array([[-1.0, 0, SIDE - 1], [0, 1, 0]]) @ np.vstack([matrix, [0, 0, 1]])
-    paper = [int(np.percentile(layer, 90)) for layer in layers[:2]] + [0, 0]
-    moved = cv2.warpAffine(layers.transpose(1, 2, 0), matrix, (SIDE, SIDE), flags=cv2.INTER_LINEAR, borderValue=paper)
-    moved_kinds = cv2.warpAffine(kinds, matrix, (SIDE, SIDE), flags=cv2.INTER_NEAREST, borderValue=NO_FIXTURE)
-    return change_tones(moved.transpose(2, 0, 1).astype(np.float32) / 255, rng), moved_kinds
+    return cut_square(lesson, (row, col), side=SIDE, angle=angle, scale=scale, outside=NO_FIXTURE, rng=rng)
 
 
 def draw_batches(lessons: list[Lesson], real: list[Lesson], rng: np.random.Generator) -> Iterator[tuple[Any, Any]]:
@@ -118,30 +108,6 @@ def draw_batches(lessons: list[Lesson], real: list[Lesson], rng: np.random.Gener
         ]
         layers, kinds = zip(*(augment_lesson(lesson, rng) for lesson in chosen), strict=True)
         yield torch.from_numpy(np.stack(layers)), torch.from_numpy(np.stack(kinds).astype(np.int64))
-
-
-def fit(network: UNet, lessons: list[Lesson], real: list[Lesson], *, minutes: float, seed: int) -> None:
-    """Fit a network by AdamW, with a rate that decreases as a cosine; prints the loss."""
-    network.to(memory_format=torch.channels_last)
-    optimizer = torch.optim.AdamW(network.parameters(), LEARNING_RATE, weight_decay=1e-3)
-    weights = torch.tensor([WEIGHTS[number] for number in range(N_CLASSES)])
-    start, loss_so_far = time.monotonic(), 0.0
-    for step, (layers, kinds) in enumerate(draw_batches(lessons, real, np.random.default_rng(seed)), start=1):
-        done = (time.monotonic() - start) / 60 / minutes
-        if done >= 1:
-            return
-        for group in optimizer.param_groups:
-            group["lr"] = LEARNING_RATE * min(1, step / 100) * ((1 + np.cos(np.pi * done)) / 2 + 0.01)
-        with torch.autocast("cpu", torch.bfloat16, enabled=has_bfloat16()):
-            scores = network(layers.to(memory_format=torch.channels_last))
-        loss = functional.cross_entropy(scores.float(), kinds, weights)
-        optimizer.zero_grad()
-        loss.backward()
-        optimizer.step()
-        loss_so_far += (loss.item() - loss_so_far) / min(step, 50)
-        if step % 20 == 0:
-            sys.stdout.write(f"step {step}, {done:.0%} of the time, loss {loss_so_far:.3f}\n")
-            sys.stdout.flush()
 
 
 def main() -> None:
@@ -164,7 +130,8 @@ def main() -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         real = read_real_lessons(find_data(options.data))
-    fit(network, lessons, real, minutes=options.minutes, seed=options.seed)
+    batches = draw_batches(lessons, real, np.random.default_rng(options.seed))
+    fit(network, batches, WEIGHTS, minutes=options.minutes, rate=LEARNING_RATE)
     torch.save(network.state_dict(), options.out.with_suffix(".pt"))
     names = {"input_name": "sheet", "output_name": "probabilities"}
     write_onnx(Probabilities(network), options.out, inputs=LAYERS, **names)

@@ -18,7 +18,7 @@ import json
 import sys
 import time
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from hashlib import sha1
 from pathlib import Path
@@ -57,6 +57,7 @@ BATCH = 5
 LEARNING_RATE = 3e-3
 # Weights of the classes in the loss; walls and doors cover little area.
 WEIGHTS = {INSIDE: 1.0, WALL: 2.5, DOOR: 5.0, OUTSIDE: 1.0}
+LABEL_SMOOTHING = 0.03
 # Widths of walls and doors in the true regions, cells.
 WALL_CELLS = 3
 DOOR_LINE_CELLS = 4
@@ -236,19 +237,38 @@ def join_parts(parts: list[Lesson]) -> Lesson:
 
 def augment_lesson(lesson: Lesson, rng: np.random.Generator) -> Lesson:
     """A square of a lesson, scaled, rotated, mirrored, and with other tones."""
-    layers, regions = lesson
+    _, regions = lesson
     scale = np.exp(rng.uniform(np.log(0.6), np.log(1.65)))
     angle = rng.integers(4) * 90 + (rng.uniform(-45, 45) if rng.random() < 0.25 else rng.normal())
     centers = rng.uniform((0, 0), regions.shape, (4, 2))
     row, col = next((center for center in centers if regions[tuple(center.astype(int))] != OUTSIDE), centers[-1])
-    matrix = cv2.getRotationMatrix2D((col, row), angle, scale)
-    matrix[:, 2] += np.array([SIDE / 2 - col, SIDE / 2 - row]) + rng.uniform(-60, 60, 2)
+    return cut_square(lesson, (row, col), side=SIDE, angle=angle, scale=scale, outside=OUTSIDE, rng=rng)
+
+
+def cut_square(
+    lesson: Lesson,
+    middle: tuple[float, float],
+    *,
+    side: int,
+    angle: float,
+    scale: float,
+    outside: int,
+    rng: np.random.Generator,
+) -> Lesson:
+    """A square around a place near the middle, row and col, turned, scaled, perhaps mirrored, and with other tones.
+
+    side: cells. angle: degrees. outside: the class beyond the lesson.
+    """
+    layers, classes = lesson
+    row, col = middle
+    matrix = cv2.getRotationMatrix2D((float(col), float(row)), float(angle), float(scale))
+    matrix[:, 2] += np.array([side / 2 - col, side / 2 - row]) + rng.uniform(-60, 60, 2)
     if rng.random() < 0.5:
-        matrix = np.array([[-1.0, 0, SIDE - 1], [0, 1, 0]]) @ np.vstack([matrix, [0, 0, 1]])
+        matrix = np.array([[-1.0, 0, side - 1], [0, 1, 0]]) @ np.vstack([matrix, [0, 0, 1]])
     paper = [int(np.percentile(layer, 90)) for layer in layers[:2]] + [0, 0]
-    moved = cv2.warpAffine(layers.transpose(1, 2, 0), matrix, (SIDE, SIDE), flags=cv2.INTER_LINEAR, borderValue=paper)
-    moved_regions = cv2.warpAffine(regions, matrix, (SIDE, SIDE), flags=cv2.INTER_NEAREST, borderValue=OUTSIDE)
-    return change_tones(moved.transpose(2, 0, 1).astype(np.float32) / 255, rng), moved_regions
+    moved = cv2.warpAffine(layers.transpose(1, 2, 0), matrix, (side, side), flags=cv2.INTER_LINEAR, borderValue=paper)
+    moved_classes = cv2.warpAffine(classes, matrix, (side, side), flags=cv2.INTER_NEAREST, borderValue=outside)
+    return change_tones(moved.transpose(2, 0, 1).astype(np.float32) / 255, rng), moved_classes
 
 
 def change_tones(layers: NDArray[np.float32], rng: np.random.Generator) -> NDArray[np.float32]:
@@ -299,16 +319,24 @@ def draw_batches(chosen: Lessons, rng: np.random.Generator) -> Iterator[tuple[An
         yield torch.from_numpy(np.stack(layers)), torch.from_numpy(np.stack(regions).astype(np.int64))
 
 
-def fit(network: UNet, lessons: Lessons, *, minutes: float, rate: float, seed: int) -> None:
+def fit(
+    network: UNet,
+    batches: Iterator[tuple[Any, Any]],
+    weights: Mapping[int, float],
+    *,
+    minutes: float,
+    rate: float,
+    smoothing: float = 0.0,
+) -> None:
     """Fit a network by AdamW, with a rate that decreases as a cosine; prints the loss.
 
-    In bfloat16 if the processor supports it.
+    weights: of the classes in the loss. smoothing: of their labels. In bfloat16 if the processor supports it.
     """
     network.to(memory_format=torch.channels_last)
     optimizer = torch.optim.AdamW(network.parameters(), rate, weight_decay=1e-3)
-    weights = torch.tensor([WEIGHTS[region] for region in sorted(WEIGHTS)])
+    class_weights = torch.tensor([weights[number] for number in sorted(weights)])
     start, loss_so_far = time.monotonic(), 0.0
-    for step, (layers, regions) in enumerate(draw_batches(lessons, np.random.default_rng(seed)), start=1):
+    for step, (layers, classes) in enumerate(batches, start=1):
         done = (time.monotonic() - start) / 60 / minutes
         if done >= 1:
             return
@@ -316,7 +344,7 @@ def fit(network: UNet, lessons: Lessons, *, minutes: float, rate: float, seed: i
             group["lr"] = rate * min(1, step / 100) * ((1 + np.cos(np.pi * done)) / 2 + 0.01)
         with torch.autocast("cpu", torch.bfloat16, enabled=has_bfloat16()):
             scores = network(layers.to(memory_format=torch.channels_last))
-        loss = functional.cross_entropy(scores.float(), regions, weights, label_smoothing=0.03)
+        loss = functional.cross_entropy(scores.float(), classes, class_weights, label_smoothing=smoothing)
         optimizer.zero_grad()
         loss.backward()
         optimizer.step()
@@ -348,11 +376,12 @@ def main() -> None:
     sys.stdout.write(f"{counts}, {len(lessons.homes)} lessons of homes\n")
     network = UNet(LAYERS, len(WEIGHTS))
     if options.start and options.start.suffix == ".onnx":
-        batches = draw_batches(lessons, np.random.default_rng(3))
-        read_onnx(network, options.start, torch.cat([next(batches)[0] for _ in range(8)]))
+        some = draw_batches(lessons, np.random.default_rng(3))
+        read_onnx(network, options.start, torch.cat([next(some)[0] for _ in range(8)]))
     elif options.start:
         network.load_state_dict(torch.load(options.start, weights_only=True))
-    fit(network, lessons, minutes=options.minutes, rate=options.rate, seed=options.fold)
+    batches = draw_batches(lessons, np.random.default_rng(options.fold))
+    fit(network, batches, WEIGHTS, minutes=options.minutes, rate=options.rate, smoothing=LABEL_SMOOTHING)
     torch.save(network.state_dict(), options.out.with_suffix(".pt"))
     names = {"input_name": "sheet", "output_name": "probabilities"}
     write_onnx(Probabilities(network), options.out, inputs=LAYERS, **names)

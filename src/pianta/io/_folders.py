@@ -114,11 +114,12 @@ def _locked_folder(beside: Path, *, for_name: str) -> Iterator[Path]:
     usual = sha256(os.fsencode(for_name)).hexdigest()[:16]
     _remove_abandoned(beside / f".pianta-{usual}")
     temporary, descriptor = _make_locked(beside, usual)
+    made = temporary.stat()
     try:
         yield temporary
     finally:
         # After the block the name may be that of another process
-        if descriptor is None or _is_open_as(descriptor, temporary):
+        if _is_folder(made, temporary):
             rmtree(temporary, ignore_errors=True)
         if descriptor is not None:
             os.close(descriptor)
@@ -132,16 +133,16 @@ def _make_locked(beside: Path, usual: str) -> tuple[Path, int | None]:
         with suppress(FileExistsError, BlockingIOError):
             temporary.mkdir()
             descriptor = _lock(temporary)
-            if descriptor is None or _is_open_as(descriptor, temporary):
+            if descriptor is None or _is_folder(os.fstat(descriptor), temporary):
                 return temporary, descriptor
             # Another process has removed it before it was locked
             os.close(descriptor)
 
 
-def _is_open_as(descriptor: int, folder: Path) -> bool:
-    """Whether a descriptor is that of a folder."""
+def _is_folder(status: os.stat_result, folder: Path) -> bool:
+    """Whether a path leads to the folder that has a status."""
     try:
-        return os.path.samestat(os.fstat(descriptor), folder.stat())
+        return os.path.samestat(status, folder.stat())
     except OSError:
         return False
 

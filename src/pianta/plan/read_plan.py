@@ -287,16 +287,16 @@ def _read_sheet(sheet: Sheet, path: str | Path, options: _SheetOptions) -> PlanR
         scale, spaces = _measure_division(division, measured, (sheet, textless), texts)
     _check_floors(division.floors, path)
     # With metres it is known what is too small for a room, and which openings are no passages
-    metres, at_home = scale.resolution, home_probability(spaces, texts) > 0.5
+    metres, home = scale.resolution, home_probability(spaces, texts)
     in_metres = [
         join_open_rooms(
-            scale_floor(floor, metres, metres), sheet, division.class_map, resolution=metres, at_home=at_home
+            scale_floor(floor, metres, metres), sheet, division.class_map, resolution=metres, at_home=home > 0.5
         )
         for floor in division.floors
     ]
     if not scale.is_look:
         in_metres = [drop_narrow_doors(floor) for floor in in_metres]
-    if options.with_symbols and home_probability(spaces, texts) >= MIN_HOME:
+    if options.with_symbols and home >= MIN_HOME:
         in_metres = place_fixtures(in_metres, find_fixtures(textless, resolution=metres))
     left_out = describe_left_out([*boxes.values(), *division.no_rooms])
     notes = (*sheet.notes, *_question_plan(division.floors, sheet), *left_out)

@@ -117,7 +117,7 @@ def read_in_child(name: str, path: str | Path, **options: object) -> Any:  # noq
     """
     reader, file = READERS[name], check_plan_file(path)
     request = pickle.dumps((reader.function, path, options))
-    variables = {name: os.environ[name] for name in _KEPT_VARIABLES if name in os.environ}
+    variables = {each: os.environ[each] for each in _KEPT_VARIABLES if each in os.environ}
     one_thread = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
     arguments = [json.dumps(sys.path), str(reader.seconds), str(reader.memory)]
     try:
