@@ -102,12 +102,33 @@ def test_a_worker_that_is_killed_loses_nothing(maps, tmp_path):
     assert names == ["a.npz", "b.npz", "c.npz"]
 
 
-def test_clusters_that_do_not_fit_are_refused(maps, tmp_path):
+def test_a_scheduler_that_ends_is_one_line(maps, tmp_path):
+    import psutil
+
+    with cluster(tmp_path) as (file, worker):
+        command = [sys.executable, "-m", "pianta", "read", str(maps), "-o", "out", "--scheduler", str(file)]
+        process = subprocess.Popen([*command, "--no-labels"], cwd=tmp_path, stderr=subprocess.PIPE, text=True)
+        while not (tmp_path / "out" / "journal.sqlite").exists():
+            time.sleep(0.05)
+        for other in psutil.process_iter(["cmdline"]):
+            if "distributed.cli.dask_scheduler" in (other.info["cmdline"] or ()) and str(file) in other.info["cmdline"]:
+                other.kill()
+        _, errors = process.communicate(timeout=120)
+        worker.kill()
+    assert process.returncode == 2
+    assert "is gone, start it and its workers again" in errors or "does not answer" in errors
+    assert "Traceback" not in errors
+
+
+def test_clusters_that_do_not_fit_are_refused(maps, tmp_path, monkeypatch):
+    from pianta.batch import cluster as module
+
     with cluster(tmp_path, threads=2) as (file, _), pytest.raises(OptionError, match="several threads"):
         list(pianta.read_batch([maps], out=tmp_path / "out", scheduler=str(file)))
     other = tmp_path / "other"
     other.mkdir()
-    with cluster(other, workers=0) as (file, _), pytest.raises(OptionError, match="has no workers"):
+    monkeypatch.setattr(module, "SECONDS_TO_CONNECT", 2)
+    with cluster(other, workers=0) as (file, _), pytest.raises(OptionError, match="dask worker --scheduler-file"):
         list(pianta.read_batch([maps], out=tmp_path / "out", scheduler=str(file)))
 
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from secrets import token_hex
 from typing import Any, TypeVar
@@ -44,14 +45,15 @@ def run_on_cluster(
                 running.add(future)
                 return
 
-        for _ in range(QUEUED_PER_JOB * threads):
-            submit()
         try:
+            for _ in range(QUEUED_PER_JOB * threads):
+                submit()
             for future in running:
                 yield _collect(future, items[numbers.pop(future.key)], scheduler)
                 submit()
         finally:
-            client.unregister_worker_plugin(plugin.name)
+            with suppress(OSError):  # of a scheduler that is gone
+                client.unregister_worker_plugin(plugin.name)
 
 
 class _WorkPlugin(WorkerPlugin):  # type: ignore[misc]  # of a library without types
@@ -78,7 +80,7 @@ def _run_item(name: str, item: Any) -> Any:  # noqa: ANN401  # of any batch
 def _collect(future: Future, item: Item, scheduler: str) -> Outcome[Item, Any]:
     """The outcome of a future; OptionError if the scheduler is gone."""
     if future.status in {"lost", "cancelled"}:
-        raise OptionError(f"the Dask scheduler {short_repr(scheduler)} is gone, start it again and go on")
+        raise _is_gone(scheduler)
     if future.status == "finished":
         outcome: Outcome[Item, Any] = future.result()
         return outcome
@@ -89,26 +91,44 @@ def _collect(future: Future, item: Item, scheduler: str) -> Outcome[Item, Any]:
     return Outcome(item, None, fault, 0.0)
 
 
+def _is_gone(scheduler: str) -> OptionError:
+    remedy = "start it and its workers again, and give the same command; what was read is not read again"
+    return OptionError(f"the Dask scheduler {short_repr(scheduler)} is gone, {remedy}")
+
+
 @contextmanager
 def _connect(scheduler: str) -> Iterator[Client]:
     """A client of a scheduler whose workers have one thread and this version of pianta."""
-    file = Path(scheduler)
-    where = {"scheduler_file": scheduler} if "://" not in scheduler and file.is_file() else {"address": scheduler}
+    is_file = "://" not in scheduler and Path(scheduler).is_file()
+    where = {"scheduler_file": scheduler} if is_file else {"address": scheduler}
+    # It prints tracebacks when a connection ends; what ended becomes one line
+    logging.getLogger("distributed").setLevel(logging.CRITICAL)
     try:
         client = Client(**where, timeout=SECONDS_TO_CONNECT, set_as_default=False)
     except (OSError, ValueError, TypeError, KeyError) as exception:
-        fault = f"the Dask scheduler {short_repr(scheduler)} does not answer: {one_line_reason(exception)}"
+        reason = one_line_reason(exception) if is_file or ":" in scheduler else "there is no such file"
+        fault = f"the Dask scheduler {short_repr(scheduler)} does not answer: {reason}"
         raise OptionError(f"{fault}; give its address, such as tcp://host:8786, or its --scheduler-file") from None
-    with client:
-        _check_workers(client, scheduler)
-        yield client
+    try:
+        with client:
+            _check_workers(client, f"--scheduler-file {scheduler}" if is_file else scheduler)
+            yield client
+    except OSError:
+        raise _is_gone(scheduler) from None
 
 
 def _check_workers(client: Client, scheduler: str) -> None:
-    """Raise OptionError for no workers, for some with several threads, and for other versions of pianta."""
-    threads, noun = client.nthreads(), f"the Dask scheduler {short_repr(scheduler)}"
-    if not threads:
-        raise OptionError(f"{noun} has no workers, start some: dask worker {scheduler} --nthreads 1 --nworkers 2")
+    """Raise OptionError for no workers, for some with several threads, and for other versions of pianta.
+
+    scheduler: as `dask worker` takes it. Workers that were just started have SECONDS_TO_CONNECT to appear.
+    """
+    noun = f"the Dask scheduler {short_repr(scheduler)}"
+    try:
+        client.wait_for_workers(1, timeout=SECONDS_TO_CONNECT)
+    except TimeoutError:
+        command = f"dask worker {scheduler} --nthreads 1 --nworkers 2"
+        raise OptionError(f"{noun} has no workers, start some: {command}") from None
+    threads = client.nthreads()
     if max(threads.values()) > 1:
         raise OptionError(f"{noun} has workers with several threads, start them with --nthreads 1 and more --nworkers")
     versions = set(client.run(_read_version).values()) - {__version__}

@@ -52,6 +52,7 @@ FLAGS = {
     "room_model=": "--model",
     "schema=": "--labels",
     "exits=": "--exit",
+    "scheduler=": "--scheduler",
     "georeference=": "--georeference FILE",
     **{f"{name}=": f"--{name.replace('_', '-')}" for name in SAME_NAMES.split()},
 }

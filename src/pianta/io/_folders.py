@@ -114,12 +114,12 @@ def _locked_folder(beside: Path, *, for_name: str) -> Iterator[Path]:
     usual = sha256(os.fsencode(for_name)).hexdigest()[:16]
     _remove_abandoned(beside / f".pianta-{usual}")
     temporary, descriptor = _make_locked(beside, usual)
-    made = temporary.stat()
+    status = temporary.stat()
     try:
         yield temporary
     finally:
         # After the block the name may be that of another process
-        if _is_folder(made, temporary):
+        if _is_folder(status, temporary):
             rmtree(temporary, ignore_errors=True)
         if descriptor is not None:
             os.close(descriptor)

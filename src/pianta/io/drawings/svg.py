@@ -216,7 +216,9 @@ class _Reader:
         if self.elements > MAX_ELEMENTS:
             raise plan_error(self.pieces.file, f"draws more than {MAX_ELEMENTS} things, give one floor")
         if around.depth > MAX_DEPTH:
-            raise plan_error(self.pieces.file, f"has groups more than {MAX_DEPTH} deep, ungroup some")
+            raise plan_error(
+                self.pieces.file, f"has groups more than {MAX_DEPTH} deep, or one that uses itself; ungroup some"
+            )
         tag = _local_name(element.tag)
         style = self._style_of(element, tag, around.style)
         if style.get("display") == "none" or _number(style.get("opacity"), 1) == 0:
