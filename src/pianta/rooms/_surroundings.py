@@ -28,6 +28,8 @@ MIN_WALL = 0.16
 MIN_FACADE_SHARE = 0.6
 # Number of rooms that a room's size is compared with.
 NEAREST_ROOMS = 6
+# Rooms that are compared at once with all others, for less memory.
+COMPARED_AT_ONCE = 500
 # Rooms whose logarithms of areas differ by less have the same rank.
 RANK_TOLERANCE = 0.02
 
@@ -89,13 +91,13 @@ def measure_facades(outlines: Geometries, rectangles: Rectangles, unit: float) -
         -(JOIN_DISTANCE + CLOSING_DISTANCE) * unit, join_style="mitre"
     )
     rings = shapely.get_exterior_ring(outlines)
-    near = shapely.intersection(rings, _draw_band(hull, FACADE_DISTANCE * unit))
+    near = _measure_within(rings, _draw_band(hull, FACADE_DISTANCE * unit))
     corners = rectangles.corners
     sides = shapely.linestrings(np.stack([corners, np.roll(corners, -1, axis=1)], axis=2))
-    at_facade = shapely.length(shapely.intersection(sides, _draw_band(hull, FACADE_SIDE_DISTANCE * unit)))
+    at_facade = _measure_within(sides.ravel(), _draw_band(hull, FACADE_SIDE_DISTANCE * unit)).reshape(sides.shape)
     away = shapely.distance(shapely.centroid(outlines), joined.centroid)
     return {
-        "facade": shapely.length(near) / shapely.length(rings),
+        "facade": near / shapely.length(rings),
         "facade_sides": (at_facade > MIN_FACADE_SHARE * rectangles.sides).sum(axis=1).astype(float),
         "to_centre": away / np.sqrt(joined.area),
     }
@@ -106,6 +108,14 @@ def _draw_band(hull: shapely.Geometry, width: float) -> shapely.Geometry:
     band = hull.boundary.buffer(width, join_style="mitre")
     # Mitres at corners of less than some degrees can cross each other
     return band if band.is_valid else shapely.make_valid(band, method="structure", keep_collapsed=False)
+
+
+def _measure_within(lines: Geometries, band: shapely.Geometry) -> Floats:
+    """The length of each line inside a band, shape (n,). Each meets few parts of the band of a campus."""
+    parts = shapely.get_parts(band)
+    line, part = shapely.STRtree(parts).query(lines, predicate="intersects")
+    lengths = shapely.length(shapely.intersection(lines[line], parts[part]))
+    return np.asarray(np.bincount(line, lengths, minlength=len(lines)), float)
 
 
 def measure_walls(walls: Floats, outlines: Geometries) -> dict[str, Floats]:
@@ -132,13 +142,23 @@ def _compare_with_nearest(outlines: Geometries, log_area: Floats) -> Floats:
     if len(outlines) == 1:
         return np.zeros(1)
     centroids = shapely.get_coordinates(shapely.centroid(outlines))
-    distances = np.hypot(*(centroids[:, None] - centroids).transpose(2, 0, 1))
-    np.fill_diagonal(distances, np.inf)
-    farthest = np.sort(distances, axis=1)[:, min(NEAREST_ROOMS, len(outlines) - 1) - 1]
+    compared = [
+        _compare_some_with_nearest(range(first, min(first + COMPARED_AT_ONCE, len(outlines))), centroids, log_area)
+        for first in range(0, len(outlines), COMPARED_AT_ONCE)
+    ]
+    return np.concatenate(compared)
+
+
+def _compare_some_with_nearest(rooms: range, centroids: Floats, log_area: Floats) -> Floats:
+    """The same for some of the rooms, in memory that grows with their number times that of all rooms."""
+    distances = np.hypot(*(centroids[rooms, None] - centroids).transpose(2, 0, 1))
+    distances[range(len(rooms)), rooms] = np.inf
+    farthest = np.sort(distances, axis=1)[:, min(NEAREST_ROOMS, len(centroids) - 1) - 1]
     near = distances <= farthest[:, None] * (1 + REL_TOLERANCE)
-    ordered = np.sort(np.where(near, log_area[None], np.inf), axis=1)
-    count, rows = near.sum(axis=1), np.arange(len(outlines))
-    return np.asarray(log_area - (ordered[rows, (count - 1) // 2] + ordered[rows, count // 2]) / 2)
+    in_order = np.sort(np.where(near, log_area[None], np.inf), axis=1)
+    count, rows = near.sum(axis=1), np.arange(len(rooms))
+    middle = (in_order[rows, (count - 1) // 2] + in_order[rows, count // 2]) / 2
+    return np.asarray(log_area[rooms] - middle)
 
 
 def _differences(values: Floats) -> Floats:

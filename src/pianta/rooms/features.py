@@ -17,8 +17,14 @@ from numpy.typing import NDArray
 
 from pianta._types import Floats
 from pianta.floor import Floor
-from pianta.graphs.centrality import betweenness_from_paths, closeness_from_distances, measure_katz, to_arrays
-from pianta.graphs.shortest_paths import ShortestPaths, find_shortest_paths
+from pianta.graphs.centrality import (
+    betweenness_from_paths,
+    closeness_from_distances,
+    find_largest_eigenvalue,
+    measure_katz,
+    to_arrays,
+)
+from pianta.graphs.shortest_paths import Adjacency, ShortestPaths, find_shortest_paths
 from pianta.rooms._outlines import draw_outlines, measure_unit
 from pianta.rooms._shapes import (
     MISSING,
@@ -129,7 +135,7 @@ def measure_topology(graph: nx.Graph, doors: Floats, paths: ShortestPaths) -> di
         "mean_degree": np.full(n, degree.mean()),
         "closeness": closeness_from_distances(hops),
         "betweenness": betweenness,
-        "katz": _measure_katz(graph, doors),
+        "katz": _measure_katz(graph),
         "eccentricity": farthest,
         "eccentricity_share": farthest / max(farthest.max(), 1),
         "within_2": (hops <= 2).sum(axis=1).astype(float),
@@ -146,7 +152,7 @@ def measure_relatives(doors: Floats, alike: NDArray[np.bool_], area: Floats) -> 
     """Neighbours that are leaves (no other door), and siblings (other rooms that a neighbour leads to)."""
     degree = doors.sum(axis=1)
     leaves = doors * (degree <= 1)
-    siblings = (doors @ doors > 0) & ~np.eye(len(doors), dtype=bool)
+    siblings = _find_siblings(doors)
     count, count_alike = siblings.sum(axis=1), (siblings & alike).sum(axis=1)
     return {
         "leaves": leaves.sum(axis=1),
@@ -156,6 +162,16 @@ def measure_relatives(doors: Floats, alike: NDArray[np.bool_], area: Floats) -> 
         "siblings_alike": count_alike.astype(float),
         "siblings_alike_share": count_alike / np.maximum(count, 1),
     }
+
+
+def _find_siblings(doors: Floats) -> NDArray[np.bool_]:
+    """Which other rooms a neighbour of a room (row) leads to, shape (n, n)."""
+    edges = Adjacency(len(doors), *np.nonzero(doors))
+    first, second = edges.leave(edges.ends)
+    siblings = np.zeros(doors.shape, bool)
+    siblings[edges.starts[first], edges.ends[second]] = True
+    np.fill_diagonal(siblings, val=False)
+    return siblings
 
 
 def measure_main_neighbours(
@@ -196,9 +212,9 @@ def _summarise(name: str, doors: Floats, values: Floats) -> dict[str, Floats]:
     return {f"neighbour_{name}_{key}": np.where(degree > 0, value, MISSING) for key, value in summaries.items()}
 
 
-def _measure_katz(graph: nx.Graph, doors: Floats) -> Floats:
+def _measure_katz(graph: nx.Graph) -> Floats:
     """Katz centrality with a mean square of 1, so that floors of different sizes are comparable."""
-    largest = max(float(np.linalg.eigvalsh(doors)[-1]), 1.0)
+    largest = max(find_largest_eigenvalue(graph), 1.0)
     values = np.array([*measure_katz(graph, alpha=KATZ_SHARE / largest).values()])
     return np.asarray(values * np.sqrt(len(values)))
 
