@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shlex
+import shutil
 import warnings
 from collections.abc import Callable, Mapping
 from contextlib import redirect_stderr, redirect_stdout
@@ -167,6 +168,7 @@ def list_targets(folder: Path) -> Mapping[str, Target]:
     }
     buildings = {name: Target(suffix, read_building, (text.encode(),)) for name, (suffix, text) in texts.items()}
     picture = saved["map.png"]
+    kept = frozenset(path.name for path in folder.iterdir())
     return {
         **buildings,
         "floor": Target(".geojson", read_floor, seeds("floor.geojson")),
@@ -191,7 +193,7 @@ def list_targets(folder: Path) -> Mapping[str, Target]:
         "corrections": Target(".json", read_corrections, seeds("corrections.json")),
         "facts": Target(".pl", read_interpretations, seeds("facts.pl")),
         "pcd": Target(".pcd", read_cloud_map, (_make_pcd(),)),
-        "commands": Target(".txt", _RunCommand(folder), tuple(command.encode() for command in COMMANDS)),
+        "commands": Target(".txt", _RunCommand(folder, kept), tuple(command.encode() for command in COMMANDS)),
     }
 
 
@@ -246,9 +248,13 @@ def _make_pcd() -> bytes:
 
 @dataclass(frozen=True)
 class _RunCommand:
-    """Runs the words of a file as a command in a folder with small inputs; bytes above 127 stand for WORDS."""
+    """Runs the words of a file as a command in a folder with small inputs; bytes above 127 stand for WORDS.
+
+    What a command writes is removed: a later one may read all files of the folder. kept: the names in it.
+    """
 
     folder: Path
+    kept: frozenset[str]
 
     def __call__(self, path: Path) -> None:
         content = path.read_bytes()[:2000]
@@ -259,9 +265,21 @@ class _RunCommand:
             return
         if not words or words[0] in LEFT_OUT:
             return
-        code = main_quietly(words)
+        try:
+            code = main_quietly(words)
+        finally:
+            self._remove_results()
         if code not in (0, 1, 2, None):
             raise AssertionError(f"exit code {code}")
+
+    def _remove_results(self) -> None:
+        for path in self.folder.iterdir():
+            if path.name in self.kept or path.name.startswith(("input", "last_input")):
+                continue
+            if path.is_dir() and not path.is_symlink():
+                shutil.rmtree(path, ignore_errors=True)
+            else:
+                path.unlink(missing_ok=True)
 
 
 def main_quietly(words: list[str]) -> Any:  # noqa: ANN401  # a code

@@ -115,7 +115,7 @@ class TestResume:
         everything = {"a", "b", "c", "broken"}
         assert list_new(read(maps, tmp_path / "out", walls=True)) == everything
         assert list_new(read(maps, tmp_path / "out", walls=True, resume=False)) == everything
-        monkeypatch.setattr("pianta.batch.read_batch.__version__", "99")
+        monkeypatch.setattr("pianta.batch.run_batch.__version__", "99")
         assert list_new(read(maps, tmp_path / "out", walls=True)) == everything
 
     def test_options_that_are_left_out_have_their_usual_values(self, maps, tmp_path):

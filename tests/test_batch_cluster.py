@@ -7,12 +7,17 @@ import subprocess
 import sys
 import time
 from contextlib import contextmanager
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import pytest
 
 import pianta
 from pianta.errors import OptionError
+from pianta.generation.type_model import learn_type
+from tests.command_line import list_files
+from tests.generated_types import SCHOOL, make_schools
 
 pytest.importorskip("distributed", reason="pianta[dask] is not installed")
 
@@ -146,3 +151,21 @@ def test_a_scheduler_that_does_not_answer_is_one_line(maps, tmp_path, scheduler,
 def test_jobs_and_schedulers_exclude_each_other(maps, tmp_path, options):
     with pytest.raises(OptionError, match="workers of its own"):
         pianta.read_batch([maps], out=tmp_path / "out", scheduler="tcp://127.0.0.1:1", **options)
+
+
+def test_steps_of_a_bench_run_on_workers(tmp_path):
+    from pianta_bench.harness.parallel import run_steps, use_scheduler
+
+    steps = {name: partial(pow, 2, number) for number, name in enumerate("abc")}
+    with cluster(tmp_path) as (file, _), use_scheduler(str(file)):
+        assert [*run_steps(steps, jobs=None, track=iter)] == [1, 2, 4]
+
+
+def test_workers_generate_what_one_process_generates(tmp_path):
+    model = replace(learn_type(make_schools(), SCHOOL), sweeps=5, edge_moves=20, door_moves=5)
+    here = [*pianta.generate_batch(model, 5, out=tmp_path / "here")]
+    with cluster(tmp_path) as (file, _):
+        there = [*pianta.generate_batch(model, 5, out=tmp_path / "there", scheduler=str(file))]
+    assert [item.description for item in here] == [item.description for item in there]
+    one, other = (list_files(tmp_path / name / "part-0001") for name in ("here", "there"))
+    assert one == other

@@ -315,7 +315,7 @@ def test_all_parts(measured):
 @pytest.mark.slow
 def test_timed_buildings_are_those_of_generate_buildings(measured, monkeypatch):
     monkeypatch.setattr(
-        "pianta_bench.generation.costs.split_batches", lambda count, _: [range(3), range(3, 6), range(6, count)]
+        "pianta_bench.generation.costs.split_batches", lambda numbers, _: [numbers[:3], numbers[3:6], numbers[6:]]
     )
     for part in (CORR, NCUT):
         model = measured.objects["models"][part]

@@ -1,6 +1,7 @@
 """The harness of all benches: records, tables, the report, the file, and the command."""
 
 import json
+import os
 from collections.abc import Iterator
 from functools import partial
 from io import StringIO
@@ -232,6 +233,15 @@ class TestSteps:
     def test_an_error_of_pianta_keeps_its_class(self):
         with pytest.raises(PiantaError, match="broken"):
             [*run_steps({"a": partial(_fail, "broken"), "b": partial(str, 4)}, jobs=2, track=iter)]
+
+    def test_a_step_whose_process_ends_is_named(self):
+        with pytest.raises(PiantaError, match="step a: its process ended with code 3, 2 times"):
+            [*run_steps({"a": partial(os._exit, 3), "b": partial(str, 4)}, jobs=2, track=iter)]
+
+    def test_an_unforeseen_error_has_its_traceback_as_a_note(self):
+        with pytest.raises(PiantaError, match="step a: an unforeseen fault, ZeroDivisionError") as caught:
+            [*run_steps({"a": partial(divmod, 1, 0), "b": partial(str, 4)}, jobs=2, track=iter)]
+        assert "Traceback" in caught.value.__notes__[0]
 
     def test_results_of_steps_are_joined(self):
         results, other = Results(), Results()

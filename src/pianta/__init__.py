@@ -12,7 +12,10 @@ __version__ = "0.2.0"
 if TYPE_CHECKING:
     from pianta import errors, plot
     from pianta.batch.collect import collect_batch
-    from pianta.batch.read_batch import BatchItem, read_batch
+    from pianta.batch.generate_batch import generate_batch
+    from pianta.batch.predict_batch import predict_batch
+    from pianta.batch.read_batch import read_batch
+    from pianta.batch.run_batch import BatchItem
     from pianta.building import Building, Link, Storey
     from pianta.building_types.classify import classify_building
     from pianta.building_types.model import train_building_types
@@ -79,12 +82,14 @@ __all__ = [
     "explore",
     "find_model_floor_plan",
     "generate",
+    "generate_batch",
     "label_rooms",
     "load_model",
     "make_world",
     "plan_cleaning",
     "plot",
     "predict",
+    "predict_batch",
     "read",
     "read_all",
     "read_batch",
@@ -103,7 +108,7 @@ __all__ = [
 
 _MODULES = {
     "METHODS": "layout.reconstruct",
-    "BatchItem": "batch.read_batch",
+    "BatchItem": "batch.run_batch",
     "Building": "building",
     "Door": "floor",
     "Failure": "reading.read",
@@ -131,6 +136,7 @@ _MODULES = {
     "explore": "exploration.explore",
     "find_model_floor_plan": "patterns.model_floor_plan",
     "generate": "generation.generate",
+    "generate_batch": "batch.generate_batch",
     "assess_realism": "realism.assess",
     "label_rooms": "rooms.label",
     "load_model": "model_files",
@@ -138,6 +144,7 @@ _MODULES = {
     "plan_cleaning": "navigation.cleaning",
     "plot": "plot",
     "predict": "prediction.prediction",
+    "predict_batch": "batch.predict_batch",
     "read": "reading.read",
     "read_all": "reading.read",
     "read_batch": "batch.read_batch",

@@ -31,7 +31,7 @@ def list_inputs(paths: Iterable[str | Path]) -> list[Path]:
     Raises OptionError, in one line, for a pattern that nothing matches and a folder without a map or plan.
     """
     files: dict[Path, Path] = {}
-    for path in [match for pattern in paths for match in _expand(pattern)]:
+    for path in expand_patterns(paths):
         inside = [*_list_folder(path)] if _is_folder(path) and not is_bag(path) else [path]
         if not inside:
             raise OptionError(
@@ -47,6 +47,14 @@ def is_collection(path: str | Path) -> bool:
     if os.path.lexists(path):
         return _is_folder(Path(path)) and not is_bag(Path(path))
     return has_magic(str(path))
+
+
+def expand_patterns(paths: Iterable[str | Path]) -> list[Path]:
+    """The paths that patterns with *, ? or [ ] stand for, and those that are no patterns.
+
+    Raises OptionError for a pattern that nothing matches.
+    """
+    return [match for pattern in paths for match in _expand(pattern)]
 
 
 def _is_folder(path: Path) -> bool:

@@ -5,15 +5,30 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from functools import partial
+from itertools import chain
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, TypedDict
 
 import typer
 
+from pianta.batch.generate_batch import SHEET, count_repeats, generate_batch, save_buildings
+from pianta.batch.journal import JOURNAL
+from pianta.cli.batches import (
+    BatchFlags,
+    BatchWords,
+    Jobs,
+    Resume,
+    RetryFailed,
+    Scheduler,
+    Shard,
+    TimeLimit,
+    exit_if_any_failed,
+    run_batch,
+)
 from pianta.cli.terminal import Quiet, print_result, track_items
 from pianta.errors import OptionError
 from pianta.io._files import count_noun, short_repr
-from pianta.io._folders import atomic_folder, number_outputs
+from pianta.io._folders import number_outputs
 
 if TYPE_CHECKING:
     import networkx as nx
@@ -23,17 +38,18 @@ if TYPE_CHECKING:
 EXAMPLES = (
     "pianta generate school.json -n 24 -o schools",
     "pianta generate school.json -n 200 -o schools --jobs 4 --seed 7",
+    "pianta generate school.json -n 100000 -o schools --jobs 8",
     "pianta generate school.json --rooms 30-50 --at-least CLASSROOM=12 --at-least GYM -o large",
     "pianta generate school.json --like building/floor.geojson -o alike",
     "pianta generate school.json --keep explored/floor.geojson -o continued",
 )
-SHEET = "sheet.png"
+GENERATED = BatchWords("part", "generated", "generates")
+MAX_FLAT = 1000  # buildings that are written into OUT itself
 
 Model = Annotated[Path, typer.Argument(metavar="MODEL", help="Model of a building type, of `pianta train type`.")]
 Out = Annotated[Path, typer.Option("--out", "-o", help="Folder for the buildings; created if necessary.")]
 Count = Annotated[int, typer.Option("--count", "-n", help="How many buildings.", min=1, max=100_000)]
 Seed = Annotated[int, typer.Option(min=0, help="The same seed gives the same buildings.")]
-Jobs = Annotated[int, typer.Option(min=1, max=256, help="Processes; the buildings are the same for any number.")]
 Rooms = Annotated[str | None, typer.Option(metavar="N or N-M", help="Rooms of each building, corridors included.")]
 AtLeast = Annotated[
     list[str] | None,
@@ -80,11 +96,21 @@ def generate(
     costs: ChosenCosts = "density",
     recombine: Recombine = True,
     kernel: Kernel = "weisfeiler-lehman",
+    resume: Resume = True,
+    retry_failed: RetryFailed = False,
+    shard: Shard = None,
+    time_limit: TimeLimit = None,
+    scheduler: Scheduler = None,
     quiet: Quiet = False,
 ) -> None:
     """Generate new buildings of a type, as graphs of labelled rooms joined by doors.
 
-    Writes building-001.json (networkx node-link), .graphml and so on, and sheet.png.
+    Writes building-001.json (networkx node-link), .graphml and so on, and
+    sheet.png.
+
+    More than 1,000 buildings are written in parts of 1,000, into folders
+    part-0001, part-0002, …; those that the journal in OUT has are not generated
+    again.
 
     FLOOR is a folder of `pianta read --type`, or a floor.geojson, layout XML,
     graph.json or GraphML whose rooms have labels of the type. With --keep its
@@ -95,44 +121,63 @@ def generate(
     from pianta.generation.type_model_file import read_type_model
     from pianta.io.graphs import read_floor_graph
 
-    names = number_outputs("building", count, out)
     fewest, most = _read_numbers(at_least or (), "--at-least", default=1), _read_numbers(at_most or (), "--at-most")
     room_range = None if rooms is None else read_range(rooms)
+    flags = BatchFlags(jobs, resume, retry_failed, shard, time_limit, scheduler)
+    is_large = count > MAX_FLAT or flags.given or (out / JOURNAL).is_file()
+    names = [] if is_large else number_outputs("building", count, out)
     type_model = read_type_model(model)
-    buildings = generation.generate(
-        type_model,
-        count,
-        rooms=room_range,
-        at_least=fewest,
-        at_most=most,
-        similar_to=None if similar_to is None else read_floor_graph(similar_to),
-        keep=None if keep is None else read_floor_graph(keep),
-        costs=costs,
-        recombine=recombine,
-        kernel=kernel,
-        seed=seed,
-        jobs=jobs,
-        track=partial(track_items, quiet=quiet),
-    )
+    options: _Options = {
+        "rooms": room_range,
+        "at_least": fewest,
+        "at_most": most,
+        "similar_to": None if similar_to is None else read_floor_graph(similar_to),
+        "keep": None if keep is None else read_floor_graph(keep),
+        "costs": costs,
+        "recombine": recombine,
+        "kernel": kernel,
+        "seed": seed,
+    }
+    if not names:
+        _generate_parts(type_model, count, out, options, flags, quiet=quiet)
+        return
+    buildings = generation.generate(type_model, count, jobs=jobs, track=partial(track_items, quiet=quiet), **options)
     save_buildings(buildings, names, type_model, out)
     if not quiet:
         _print_buildings(buildings, type_model, out)
 
 
-def save_buildings(buildings: Sequence[nx.Graph], names: Sequence[str], model: TypeModel, out: Path) -> None:
-    """Write the graphs as NAME.json and NAME.graphml, and their contact sheet, all or none."""
-    from pianta.io.graphml import save_graphml
-    from pianta.io.graphs import save_graph
-    from pianta.plot.figure import save_figure
-    from pianta.plot.graphs import draw_contact_sheet
+class _Options(TypedDict):
+    """Options of `generate` and `generate_batch`."""
 
-    kept_rooms = [[node for node, room in building.nodes(data="room") if room is not None] for building in buildings]
-    with atomic_folder(out) as new:
-        for name, building in zip(names, buildings, strict=True):
-            building.graph.update(source=name, building_type=model.building_type)
-            save_graph(building, new / f"{name}.json")
-            save_graphml(building, new / f"{name}.graphml")
-        save_figure(draw_contact_sheet(buildings, schema=model.schema, fixed=kept_rooms), new / SHEET)
+    rooms: tuple[int, int] | None
+    at_least: Mapping[str, int]
+    at_most: Mapping[str, int]
+    similar_to: nx.Graph | None
+    keep: nx.Graph | None
+    costs: str
+    recombine: bool
+    kernel: str
+    seed: int
+
+
+def _generate_parts(
+    model: TypeModel, count: int, out: Path, options: _Options, flags: BatchFlags, *, quiet: bool
+) -> None:
+    """Generate many buildings in parts; print their sizes, and how many are copies."""
+    parts = run_batch(
+        lambda progress: generate_batch(model, count, out=out, progress=progress, **flags.arguments, **options),
+        GENERATED,
+        lambda _: [],
+        quiet=quiet,
+    )
+    described = [part.description for part in parts if part.description]
+    if described and not quiet:
+        sizes = list(chain.from_iterable(part["rooms"] for part in described))
+        copies = sum(sum(part["copies"]) for part in described)
+        _print_counts(sizes, model, copies=copies, repeats=count_repeats(parts))
+        print_result(f"in {out}: part-*, each with building-*.json, building-*.graphml, {SHEET}")
+    exit_if_any_failed(parts)
 
 
 def read_range(text: str) -> tuple[int, int]:
@@ -164,14 +209,17 @@ def _print_buildings(buildings: Sequence[nx.Graph], model: TypeModel, out: Path)
     """Print the sizes of the buildings beside those of the model's floors, how many are copies, and where they are."""
     from pianta.evaluation.graph_sets import find_copies, find_repeats
 
-    floors = [floor.graph for floor in model.floors]
-    total = f"{count_noun(len(buildings), 'building')} of type {model.building_type}"
-    copies, repeats = sum(find_copies(buildings, floors)), sum(find_repeats(buildings))
-    print_result(f"{total}, {_describe_sizes(buildings)}; the {len(floors)} of the model {_describe_sizes(floors)}")
-    print_result(f"copies of a floor of the model: {copies}; of another new building: {repeats}")
+    copies = sum(find_copies(buildings, [floor.graph for floor in model.floors]))
+    _print_counts(list(map(len, buildings)), model, copies=copies, repeats=sum(find_repeats(buildings)))
     print_result(f"in {out}: building-*.json, building-*.graphml, {SHEET}")
 
 
-def _describe_sizes(graphs: Sequence[nx.Graph]) -> str:
-    sizes = [len(graph) for graph in graphs]
+def _print_counts(sizes: Sequence[int], model: TypeModel, *, copies: int, repeats: int) -> None:
+    total = f"{count_noun(len(sizes), 'building')} of type {model.building_type}"
+    floors = [len(floor.graph) for floor in model.floors]
+    print_result(f"{total}, {_describe_sizes(sizes)}; the {len(floors)} of the model {_describe_sizes(floors)}")
+    print_result(f"copies of a floor of the model: {copies}; of another new building: {repeats}")
+
+
+def _describe_sizes(sizes: Sequence[int]) -> str:
     return f"{min(sizes)} to {max(sizes)} rooms, {sum(sizes) / len(sizes):.1f} on average"

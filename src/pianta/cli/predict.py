@@ -2,47 +2,52 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Sequence
 from contextlib import nullcontext
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.table import Table
 
+from pianta.batch.inputs import is_collection
+from pianta.batch.predict_batch import PICTURE, PREDICTION, FloorPredictor, predict_batch
+from pianta.batch.run_batch import BatchItem
+from pianta.cli.batches import (
+    BatchFlags,
+    BatchWords,
+    Jobs,
+    Resume,
+    RetryFailed,
+    Scheduler,
+    Shard,
+    TimeLimit,
+    exit_if_any_failed,
+    run_batch,
+)
 from pianta.cli.json_output import Json, check_json, write_json
 from pianta.cli.terminal import Quiet, make_table, print_result, print_table, stderr
-from pianta.errors import BuildingWarning, GraphError, LabelError, PiantaError
-from pianta.floor import Floor
-from pianta.io._files import count_noun, short_repr
-from pianta.io._folders import atomic_folder, number_outputs
+from pianta.errors import OptionError
+from pianta.io._files import count_noun
+from pianta.io._folders import number_outputs
+from pianta.io.graphs import FLOOR_FILE
 
 if TYPE_CHECKING:
-    import networkx as nx
-
-    from pianta.generation.type_model import TypeModel
-    from pianta.gridmap import GridMap
     from pianta.prediction.prediction import OpenEnd, Prediction, SampleInterval
     from pianta.prediction.revealed_floor import RevealedFloor
 
 EXAMPLES = (
     "pianta predict explored school.json",
     "pianta predict explored/floor.geojson school.json -n 500 -o predicted",
+    "pianta predict buildings school.json -o predicted --jobs 4",
     "pianta predict school.xml others.json --explored 3 -o predicted",
 )
-PREDICTION = "prediction.json"
-PICTURE = "picture.png"
-# The explored floor and its map, for `pianta view`.
-EXPLORED_STEM = "explored"
-# The map in a folder that `pianta read` has written.
-GRID = "grid.npz"
+PREDICTED = BatchWords("floor", "predicted", "predicts")
 MAX_COUNT = 10_000
 # Labels of an open end that are printed.
 MAX_LABELS = 3
 
-FloorFile = Annotated[Path, typer.Argument(metavar="FLOOR", help="A partly explored floor.")]
+Floors = Annotated[list[str], typer.Argument(metavar="FLOOR", help="A partly explored floor, or several.")]
 Model = Annotated[Path, typer.Argument(metavar="MODEL", help="Model of its building type, of `pianta train type`.")]
 Count = Annotated[int, typer.Option("--count", "-n", help="How many floors to sample.", min=1, max=MAX_COUNT)]
 Out = Annotated[Path | None, typer.Option("--out", "-o", help="Folder for prediction, picture and samples.")]
@@ -57,7 +62,7 @@ Printed = Annotated[
 
 
 def predict_floor(
-    floor: FloorFile,
+    floors: Floors,
     model: Model,
     *,
     count: Count = 100,
@@ -65,6 +70,12 @@ def predict_floor(
     seed: Seed = 0,
     explored: Explored = None,
     as_printed: Printed = False,
+    jobs: Jobs = 1,
+    resume: Resume = True,
+    retry_failed: RetryFailed = False,
+    shard: Shard = None,
+    time_limit: TimeLimit = None,
+    scheduler: Scheduler = None,
     json_file: Json = None,
     quiet: Quiet = False,
 ) -> None:
@@ -79,121 +90,82 @@ def predict_floor(
     sample-001.json (networkx node-link) and so on, in which known rooms have
     their ids as `room`. If FLOOR has outlines, `pianta view` draws the
     prediction over explored.geojson and, of a map, explored.npz.
+
+    Several floors get a folder each in OUT, as do those in a folder that `pianta
+    read` has filled. If one cannot be predicted, the others still are; the exit
+    code is then 1. Floors that the journal in OUT has are not predicted again.
     """
-    from pianta.generation.type_model import check_model_type
     from pianta.generation.type_model_file import read_type_model
-    from pianta.io.graphs import read_floor_graph
-    from pianta.prediction.prediction import predict
     from pianta.prediction.prediction_file import describe_prediction
 
     quiet = check_json(json_file, quiet=quiet)
+    flags = BatchFlags(jobs, resume, retry_failed, shard, time_limit, scheduler)
+    predictor = FloorPredictor(read_type_model(model), count, seed, explored, as_printed)
+    if len(floors) > 1 or flags.given or _is_collection(floors[0]):
+        if out is None:
+            raise OptionError("several floors have results each, give a folder for them with -o")
+        _predict_several(floors, predictor, out, flags, json_file, quiet=quiet)
+        return
+    floor = Path(floors[0])
     names = number_outputs("sample", count, out)
-    type_model, graph = read_type_model(model), read_floor_graph(floor)
-    check_model_type(graph.graph.get("building_type"), type_model, f"floor {short_repr(floor)}")
-    try:
-        truth = None if explored is None else _explore(graph, type_model, explored)
-        with nullcontext() if quiet else stderr.status(f"sampling {count} floors"):
-            prediction = predict(
-                truth.part if truth else graph, type_model, count=count, seed=seed, as_printed=as_printed
-            )
-    except PiantaError as error:
-        remedy = _find_remedy(error, type_model, explored)
-        raise type(error)(f"floor {short_repr(floor)}: {error}{remedy}") from error
-    _warn(graph, truth, type_model, floor)
+    with nullcontext() if quiet else stderr.status(f"sampling {count} floors"):
+        predicted = predictor.predict(floor)
+    prediction, truth = predicted.prediction, predicted.truth
     if out is not None:
-        save_outputs(
-            prediction, names, type_model, out, truth=truth, explored=read_known_part(floor, prediction, truth)
-        )
+        predicted.save(names, out)
     if json_file is not None:
-        write_json(describe_prediction(prediction, type_model.building_type, truth=truth), json_file)
+        write_json(describe_prediction(prediction, predictor.model.building_type, truth=truth), json_file)
     if not quiet:
         _print_prediction(prediction, truth)
         if out is not None:
             print_result(f"in {out}: {PREDICTION}, {PICTURE}, sample-*.json")
 
 
-def read_known_part(path: Path, prediction: Prediction, truth: RevealedFloor | None) -> tuple[Floor, GridMap | None]:
-    """The rooms of a file that are known or behind open doors, and their map; without rooms if it has no outlines."""
-    from pianta.io.buildings.read import read_building
-    from pianta.io.graphs import FLOOR_FILE
-    from pianta.io.maps import read_npz_map
-
-    file = path / FLOOR_FILE if path.is_dir() else path
-    try:
-        with warnings.catch_warnings():
-            # The graph was read from it with the same warnings.
-            warnings.simplefilter("ignore", BuildingWarning)
-            floor = read_building(file)
-    except PiantaError:
-        return Floor(()), None
-    if truth is not None:
-        # Nothing of what is not explored; its map would show that.
-        names = {name for _, name in prediction.explored.graph.nodes(data="room")}
-        rooms = tuple(room for room in floor.rooms if room.id in names)
-        doors = tuple(door for door in floor.doors if {room.id for room in rooms}.issuperset(door.room_ids))
-        return replace(floor, rooms=rooms, doors=doors, walls=(), furniture=(), possible_doors=()), None
-    grid = file.parent / GRID
-    return floor, read_npz_map(grid) if file.name == FLOOR_FILE and grid.is_file() else None
+def _is_collection(path: str) -> bool:
+    """Whether a path stands for several floors: a pattern, or a folder that is not that of one floor."""
+    return is_collection(path) and not (Path(path) / FLOOR_FILE).is_file()
 
 
-def save_outputs(
-    prediction: Prediction,
-    names: Sequence[str],
-    model: TypeModel,
+def _predict_several(
+    floors: Sequence[str],
+    predictor: FloorPredictor,
     out: Path,
+    flags: BatchFlags,
+    json_file: Path | None,
     *,
-    truth: RevealedFloor | None = None,
-    explored: tuple[Floor, GridMap | None] | None = None,
+    quiet: bool,
 ) -> None:
-    """Write the prediction, its picture, the samples by name, and the known rooms and map if any, all or none."""
-    from pianta.io.floors import save_floor
-    from pianta.io.graphs import save_graph
-    from pianta.plot.figure import save_figure
-    from pianta.plot.prediction import draw_prediction
-    from pianta.prediction.prediction_file import name_rooms, save_prediction
-
-    with atomic_folder(out) as new:
-        save_prediction(prediction, new / PREDICTION, building_type=model.building_type, truth=truth)
-        save_figure(draw_prediction(prediction, truth=truth), new / PICTURE)
-        if explored is not None and explored[0].rooms:
-            save_floor(explored[0], new / f"{EXPLORED_STEM}.geojson")
-            if explored[1] is not None:
-                explored[1].save(new / f"{EXPLORED_STEM}.npz")
-        for name, sample in zip(names, prediction.samples, strict=True):
-            graph = name_rooms(sample, prediction)
-            graph.graph.update(source=name, building_type=model.building_type)
-            save_graph(graph, new / f"{name}.json")
-
-
-def _explore(graph: nx.Graph, model: TypeModel, corridors: int) -> RevealedFloor:
-    from pianta.prediction.revealed_floor import reveal_corridors
-
-    return reveal_corridors(graph, model.schema, corridors=corridors)
+    """Predict each floor that the journal does not have; the exit code is 1 if any has failed."""
+    items = run_batch(
+        lambda progress: predict_batch(
+            floors,
+            predictor.model,
+            out=out,
+            count=predictor.count,
+            seed=predictor.seed,
+            explored=predictor.explored,
+            as_printed=predictor.as_printed,
+            progress=progress,
+            **flags.arguments,
+        ),
+        PREDICTED,
+        lambda item: [_describe_item(item)],
+        quiet=quiet,
+    )
+    described = sorted((item for item in items if item.description), key=lambda item: item.path)
+    files = [{"path": str(item.path), "folder": str(item.folder), **item.description} for item in described]
+    write_json({"files": files}, json_file)
+    exit_if_any_failed(items)
 
 
-def _find_remedy(error: PiantaError, model: TypeModel, explored: int | None) -> str:
-    """A remedy to append: for a floor without labels of the type, and for a floor that is explored completely."""
-    if isinstance(error, LabelError):
-        return f"; `pianta read --type {model.building_type}` labels a map so"
-    is_complete = isinstance(error, GraphError) and "nothing to predict" in str(error)
-    if is_complete and explored is None:
-        return "; to try it on a whole floor give --explored K"
-    return "; give a smaller --explored" if is_complete else ""
-
-
-def _warn(graph: nx.Graph, truth: RevealedFloor | None, model: TypeModel, floor: Path) -> None:
-    """Warn of rooms that do not count, and of a truth that is a training floor of the model."""
-    from pianta.evaluation.graph_sets import find_copies
-    from pianta.graphs.labelled_graphs import name_some
-
-    messages = []
-    if alone := [node for node, doors in graph.degree if not doors]:
-        messages.append(f"floor {short_repr(floor)}: rooms {name_some(alone)} have no door and are left out")
-    if truth and any(find_copies([truth.graph], [training_floor.graph for training_floor in model.floors])):
-        trained = f"the model was trained on floor {short_repr(floor)} too"
-        messages.append(f"{trained}, so this is no test; train one without it")
-    for message in messages:
-        warnings.warn(BuildingWarning(message), stacklevel=2)
+def _describe_item(item: BatchItem) -> str:
+    """A line for a floor of several."""
+    content = item.description
+    rooms = "{mean:.0f} ({low:.0f}–{high:.0f})".format_map(content["rooms"])
+    ends = count_noun(content["open_ends"], "open end")
+    return (
+        f"{item.path}: {count_noun(content['known'], 'room')} known, {ends}, {rooms} rooms expected, in {item.folder}"
+    )
 
 
 def _print_prediction(prediction: Prediction, truth: RevealedFloor | None) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -11,24 +10,35 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from pianta.batch.inputs import is_collection
-from pianta.batch.read_batch import BatchItem, read_batch
+from pianta.batch.read_batch import read_batch
 from pianta.building import Link, Storey
+from pianta.cli.batches import (
+    BatchFlags,
+    BatchWords,
+    Jobs,
+    Resume,
+    RetryFailed,
+    Scheduler,
+    Shard,
+    TimeLimit,
+    exit_if_any_failed,
+    run_batch,
+)
 from pianta.cli.json_output import Json, check_json, describe_readings, write_json
 from pianta.cli.reading_text import list_storey_lines, print_storey
 from pianta.cli.terminal import (
     Quiet,
-    counting_batch,
     counting_files,
     print_error,
     print_result,
 )
-from pianta.errors import OptionError, PiantaError
+from pianta.errors import OptionError
 from pianta.io._files import MAX_CELLS, count_noun, short_repr
 from pianta.io._folders import check_output_folder
 from pianta.io.bags import Message
 from pianta.layout.reconstruct import DEFAULT_METHOD, METHODS
 from pianta.reading._reader import ReadOptions
-from pianta.reading.read import MAX_JOBS, Failure, read, read_all
+from pianta.reading.read import Failure, read, read_all
 from pianta.reading.reading import (
     EXPLANATION,
     OUTPUTS,
@@ -60,6 +70,7 @@ EXAMPLES = (
     "pianta read run.bag -o series --message all",
 )
 
+READ = BatchWords("file", "read", "reads")
 MAX_DIGITS = 12  # of the number of a message
 
 Maps = Annotated[
@@ -127,27 +138,6 @@ Type = Annotated[
 BuildingModelFile = Annotated[
     Path | None,
     typer.Option("--building-model", metavar="FILE", help="Model of `pianta train buildings`; else the included one."),
-]
-Resume = Annotated[
-    bool, typer.Option("--resume/--no-resume", help="Of several files, skip those that OUT has, if they are unchanged.")
-]
-RetryFailed = Annotated[bool, typer.Option("--retry-failed", help="Read only the files again that have failed.")]
-Shard = Annotated[
-    str | None, typer.Option(metavar="I/N", help="Read the Ith of N parts of the files, each on another machine.")
-]
-Scheduler = Annotated[
-    str | None,
-    typer.Option(
-        metavar="ADDRESS|FILE",
-        help="Dask scheduler, or the file that it has written; its workers read the files instead of --jobs.",
-    ),
-]
-TimeLimit = Annotated[
-    float | None,
-    typer.Option(metavar="S", min=0.1, help="Seconds for a file, with --jobs from 2 on; it fails if it needs more."),
-]
-Jobs = Annotated[
-    int, typer.Option(min=1, max=MAX_JOBS, help="Processes for several files; the results are the same for any number.")
 ]
 LabelUnknown = Annotated[
     bool, typer.Option("--label-unknown", help="Label rooms fully even if the building is of no known type.")
@@ -276,13 +266,13 @@ def read_maps(
     extras = _Extras(clean, explain)
     extras.check(maps, method)
     named, links = _parse_building(storeys, stairs, lifts, len(maps))
-    how = _BatchOptions(walls, graph, jobs, resume, retry_failed, shard, time_limit, scheduler)
-    if named is None and (len(maps) > 1 or is_collection(maps[0]) or how.flags):
-        _read_several(maps, out, options, how, json_file, quiet=quiet)
+    drawn, flags = _Drawn(walls, graph), BatchFlags(jobs, resume, retry_failed, shard, time_limit, scheduler)
+    if named is None and (len(maps) > 1 or is_collection(maps[0]) or flags.given):
+        _read_several(maps, out, options, drawn, flags=flags, json_file=json_file, quiet=quiet)
     elif named is None:
-        _finish([_read_one(maps[0], out, options, extras, how, quiet=quiet)], out, json_file, expected=1)
+        _finish([_read_one(maps[0], out, options, extras, drawn, quiet=quiet)], out, json_file, expected=1)
     else:
-        storeys_read = _read_storeys(maps, out, options, named, links, how=how, quiet=quiet)
+        storeys_read = _read_storeys(maps, out, options, named, links, drawn=drawn, flags=flags, quiet=quiet)
         _finish(storeys_read, out, json_file, expected=len(maps))
 
 
@@ -310,84 +300,50 @@ def _finish(readings: Sequence[Reading], out: Path, json_file: Path | None, *, e
 
 
 @dataclass(frozen=True)
-class _BatchOptions:
-    """The options of `read_batch` besides those of `read`."""
+class _Drawn:
+    """What is drawn into pictures, as of `Reading.save`."""
 
     walls: bool
     graph: bool
-    jobs: int
-    resume: bool
-    retry_failed: bool
-    shard: str | None
-    time_limit: float | None
-    scheduler: str | None
-
-    @property
-    def flags(self) -> list[str]:
-        """Those that were given of the flags for batches alone."""
-        values = {
-            "--retry-failed": self.retry_failed,
-            "--shard": self.shard,
-            "--time-limit": self.time_limit,
-            "--scheduler": self.scheduler,
-        }
-        return [flag for flag, value in values.items() if value]
 
 
 def _read_several(
-    maps: Sequence[str], out: Path, options: ReadOptions, how: _BatchOptions, json_file: Path | None, *, quiet: bool
+    maps: Sequence[str],
+    out: Path,
+    options: ReadOptions,
+    drawn: _Drawn,
+    *,
+    flags: BatchFlags,
+    json_file: Path | None,
+    quiet: bool,
 ) -> None:
     """Read each file that the journal does not have as read; the exit code is 1 if any has failed."""
-    items: list[BatchItem] = []
-    with counting_batch(quiet=quiet) as (progress, add_failure):
-        for item in read_batch(
+    items = run_batch(
+        lambda progress: read_batch(
             maps,
             out=out,
-            jobs=how.jobs,
-            resume=how.resume,
-            only_failed=how.retry_failed,
-            shard=how.shard,
-            time_limit=how.time_limit,
-            scheduler=how.scheduler,
-            walls=how.walls,
-            graph=how.graph,
+            walls=drawn.walls,
+            graph=drawn.graph,
             describe=describe_for_journal,
             progress=progress,
+            **flags.arguments,
             **options,
-        ):
-            items.append(replace(item, description=item.description if json_file else None))
-            if item.fault is not None:
-                print_error(PiantaError(item.fault))
-                add_failure()
-            elif item.is_new and not quiet:
-                for line in item.description["lines"]:
-                    print_result(line)
+        ),
+        READ,
+        lambda item: item.description["lines"],
+        quiet=quiet,
+        keep=lambda item: replace(item, description=item.description if json_file else None),
+    )
     # Processes end in any order
     described = [item.description["file"] for item in sorted(items, key=lambda item: item.path) if item.description]
     write_json({"files": described}, json_file)
-    failed = Counter(item.group for item in items if item.fault is not None)
-    if not quiet:
-        _print_counts(items, failed)
-    if failed:
-        raise typer.Exit(1)
+    exit_if_any_failed(items)
 
 
 def describe_for_journal(reading: Reading) -> dict[str, object]:
     """The lines that are printed for a file, and its part of the JSON."""
     (described,) = describe_readings([(reading, reading.folder or Path())])["files"]
     return {"lines": list_storey_lines(reading), "file": described}
-
-
-def _print_counts(items: Sequence[BatchItem], failed: Counter[str]) -> None:
-    """How many files were read, now and before, and how many have failed for which kind of reason."""
-    before = sum(not item.is_new for item in items)
-    line = f"{len(items) - failed.total()} of {count_noun(len(items), 'file')} read"
-    if before:
-        line += f", {before} of them before; --no-resume reads them again"
-    print_result(line)
-    if failed.total() > 1:
-        listed = ", ".join(f"{group} {count}" for group, count in failed.most_common())
-        print_result(f"faults: {listed}")
 
 
 def _read_storeys(
@@ -397,16 +353,24 @@ def _read_storeys(
     named: Sequence[tuple[str, float | None]],
     links: Sequence[Link],
     *,
-    how: _BatchOptions,
+    drawn: _Drawn,
+    flags: BatchFlags,
     quiet: bool,
 ) -> list[Reading]:
     """Read each file, a storey, and print a line for it; join them to a building, if all are read."""
-    if how.flags:
-        raise OptionError(f"storeys are read together, leave out {' and '.join(how.flags)}")
+    if flags.given:
+        raise OptionError(f"storeys are read together, leave out {' and '.join(flags.given)}")
     with counting_files(maps, quiet=quiet) as progress:
         names = [name for name, _ in named]
         results = read_all(
-            maps, out=out, names=names, walls=how.walls, graph=how.graph, jobs=how.jobs, progress=progress, **options
+            maps,
+            out=out,
+            names=names,
+            walls=drawn.walls,
+            graph=drawn.graph,
+            jobs=flags.jobs,
+            progress=progress,
+            **options,
         )
         readings = [each for each in results if _print_one_of_several(each, quiet=quiet) and isinstance(each, Reading)]
     if not quiet:
@@ -480,9 +444,7 @@ class _Extras:
             check_clean_map(path, self.clean, out)
 
 
-def _read_one(
-    path: str, out: Path, options: ReadOptions, extras: _Extras, how: _BatchOptions, *, quiet: bool
-) -> Reading:
+def _read_one(path: str, out: Path, options: ReadOptions, extras: _Extras, drawn: _Drawn, *, quiet: bool) -> Reading:
     """Read a file; print its rooms, its messages, and where the results are."""
     check_output_folder(out)
     extras.check_files(path, out)
@@ -490,7 +452,7 @@ def _read_one(
     reading = read(path, **options)
     clean_map = reading.clean_map() if extras.clean else None
     explanation = reading.explain() if extras.explain else None
-    folders = reading.save(out, walls=how.walls, graph=how.graph)
+    folders = reading.save(out, walls=drawn.walls, graph=drawn.graph)
     if explanation:
         save_explanation(explanation, out / EXPLANATION)
     if clean_map and extras.clean:

@@ -53,6 +53,7 @@ FLAGS = {
     "schema=": "--labels",
     "exits=": "--exit",
     "scheduler=": "--scheduler",
+    "explored=": "--explored",
     "georeference=": "--georeference FILE",
     **{f"{name}=": f"--{name.replace('_', '-')}" for name in SAME_NAMES.split()},
 }
@@ -159,15 +160,20 @@ def counting_files(files: Sequence[str], *, quiet: bool = False) -> Iterator[Cal
 
 
 @contextmanager
-def counting_batch(*, quiet: bool = False) -> Iterator[tuple[Callable[[int, int], None], Callable[[], None]]]:
-    """A progress bar with rate and remaining time, the function that moves it, and the one that counts a failure."""
+def counting_batch(
+    *, noun: str, quiet: bool = False
+) -> Iterator[tuple[Callable[[int, int], None], Callable[[], None]]]:
+    """A progress bar with rate and remaining time, the function that moves it, and the one that counts a failure.
+
+    noun: of the items, such as "files".
+    """
     failures = 0
     with _make_bar(quiet=quiet, with_rate=True) as bar:
         task = bar.add_task("", total=None, rate="")
 
         def move(done: int, total: int) -> None:
             speed = bar.tasks[task].speed
-            bar.update(task, completed=done, total=total, rate=f"{speed:.2f} files/s" if speed else "")
+            bar.update(task, completed=done, total=total, rate=f"{speed:.2f} {noun}/s" if speed else "")
 
         def add_failure() -> None:
             nonlocal failures

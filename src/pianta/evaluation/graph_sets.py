@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass
+from hashlib import sha256
 from itertools import chain
 from types import MappingProxyType
 from typing import NamedTuple, TypeAlias
@@ -24,6 +25,8 @@ GraphMaker: TypeAlias = Callable[[Sequence[nx.Graph], np.random.Generator], Sequ
 
 # Rounds of colour refinement before graphs are compared node by node.
 ROUNDS = 5
+# Hexadecimal digits: two of a million graphs have the same by chance once in ten million sets.
+FINGERPRINT_DIGITS = 16
 # Edges of the bins of clustering coefficients and of eigenvalues.
 CLUSTERING_EDGES = np.linspace(0, 1, 101)
 # The first edge is below 0, so that 0, 1/2, 1 and 3/2, frequent in graphs of rooms, are not on edges.
@@ -88,6 +91,15 @@ def find_repeats(graphs: Iterable[nx.Graph]) -> list[bool]:
     """For each graph, whether an earlier one is isomorphic to it, labels included: 1 - mean is uniqueness."""
     index = _GraphIndex()
     return [index.add(graph) for graph in read_labelled_graphs(graphs, node_label="label")]
+
+
+def find_fingerprints(graphs: Iterable[nx.Graph]) -> list[str]:
+    """A text for each graph that is equal for isomorphic ones, labels included, and hardly ever for others.
+
+    It is a hash of the colours of nodes after ROUNDS rounds of colour refinement.
+    """
+    read = read_labelled_graphs(graphs, node_label="label")
+    return [sha256(_join_colors(_refine(graph))).hexdigest()[:FINGERPRINT_DIGITS] for graph in read]
 
 
 def describe_statistic(graphs: Iterable[nx.Graph], statistic: str) -> Floats:

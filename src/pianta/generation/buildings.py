@@ -127,6 +127,12 @@ class BuildingSampler:
         """Φ of step 4."""
         return CutPotentials(self.model, closing=self.costs is not Costs.THESIS)
 
+    @property
+    def max_rooms(self) -> int:
+        """Rooms of the largest building that is likely."""
+        floors = (*self.model.floors, *([self.fixed] if self.fixed else ()))
+        return max(*(len(floor.graph) for floor in floors), self.constraints.rooms[1] if self.constraints.rooms else 0)
+
     def sample(
         self, numbers: Sequence[int], *, seed: int, track: Callable[[Sequence[str]], Iterable[str]] = iter
     ) -> list[nx.Graph]:
@@ -322,29 +328,43 @@ def generate_buildings(
     Raises OptionError for a count, seed or jobs out of range and for constraints that no building can meet, ModelError
     for constraints that were not met.
     """
-    if not 1 <= count <= MAX_BUILDINGS:
-        raise OptionError(f"{count} buildings are wanted, give 1 to {MAX_BUILDINGS}")
-    if seed < 0:
-        raise OptionError(f"seed is {seed}, give 0 or more")
+    sampler = BuildingSampler(model, constraints or Constraints(), similar_to, fixed, costs, recombines, kernel)
+    return sample_buildings(sampler, count, seed=seed, jobs=jobs, track=track)
+
+
+def sample_buildings(
+    sampler: BuildingSampler,
+    count: int,
+    *,
+    seed: int = 0,
+    jobs: int = 1,
+    track: Callable[[Sequence[str]], Iterable[str]] = iter,
+) -> list[nx.Graph]:
+    """The first buildings of a sampler. Raises OptionError and ModelError as `generate_buildings`."""
+    check_count(count, seed)
     if not 1 <= jobs <= MAX_JOBS:
         raise OptionError(f"jobs is {jobs}, give 1 to {MAX_JOBS}")
-    sampler = BuildingSampler(model, constraints or Constraints(), similar_to, fixed, costs, recombines, kernel)
-    rooms = max(len(floor.graph) for floor in (*model.floors, *([fixed] if fixed else ())))
-    batches = split_batches(
-        count, max(rooms, sampler.constraints.rooms[1] if sampler.constraints.rooms else 0), jobs=jobs
-    )
+    batches = split_batches(range(count), sampler.max_rooms, jobs=jobs)
     if jobs == 1:
         return [building for batch in batches for building in sampler.sample(batch, seed=seed, track=track)]
     return _sample_in_processes(sampler, batches, seed, jobs, track)
 
 
-def split_batches(count: int, rooms: int, *, jobs: int = 1) -> list[range]:
-    """The numbers 0 … count - 1 in batches whose chains run side by side, which is faster.
+def check_count(count: int, seed: int) -> None:
+    """Raise OptionError for a number of buildings, or a seed, out of range."""
+    if not 1 <= count <= MAX_BUILDINGS:
+        raise OptionError(f"{count} buildings are wanted, give 1 to {MAX_BUILDINGS}")
+    if seed < 0:
+        raise OptionError(f"seed is {seed}, give 0 or more")
+
+
+def split_batches(numbers: range, rooms: int, *, jobs: int = 1) -> list[range]:
+    """The numbers of buildings in batches whose chains run side by side, which is faster.
 
     rooms: of the largest building; the memory of a batch grows with their square.
     """
-    size = max(1, min(BATCH, -(-count // jobs), MAX_PAIRS // rooms**2))
-    return [range(first, min(first + size, count)) for first in range(0, count, size)]
+    size = max(1, min(BATCH, -(-len(numbers) // jobs), MAX_PAIRS // rooms**2))
+    return [numbers[first : first + size] for first in range(0, len(numbers), size)]
 
 
 def _thin(floors: Sequence[TypeFloor]) -> Sequence[TypeFloor]:

@@ -12,7 +12,7 @@ from pianta._arguments import check_argument
 from pianta.errors import BuildingWarning, GraphError, LabelError, OptionError
 from pianta.floor import Floor
 from pianta.generation.area_clusters import AreaKernel
-from pianta.generation.buildings import Costs, generate_buildings
+from pianta.generation.buildings import BuildingSampler, Costs, sample_buildings
 from pianta.generation.constraints import Constraints
 from pianta.generation.type_model import TypeFloor, TypeModel, assign_area_clusters, check_model_type
 from pianta.graphs.labelled_graphs import name_some
@@ -98,28 +98,52 @@ def generate(
     >>> model = pianta.load_model("school.json")  # doctest: +SKIP
     >>> pianta.generate(model, 24, rooms=(30, 50), at_least={"GYM": 1})  # doctest: +SKIP
     """
+    sampler = make_sampler(
+        model,
+        rooms=rooms,
+        at_least=at_least,
+        at_most=at_most,
+        similar_to=similar_to,
+        keep=keep,
+        costs=costs,
+        recombine=recombine,
+        kernel=kernel,
+    )
+    return sample_buildings(sampler, count, seed=seed, jobs=jobs, track=track)
+
+
+def make_sampler(
+    model: TypeModel,
+    *,
+    rooms: int | tuple[int, int] | None = None,
+    at_least: Mapping[str, int] | None = None,
+    at_most: Mapping[str, int] | None = None,
+    similar_to: Floor | nx.Graph | None = None,
+    keep: Floor | nx.Graph | None = None,
+    costs: str = "density",
+    recombine: bool = True,
+    kernel: str = "weisfeiler-lehman",
+) -> BuildingSampler:
+    """What samples buildings with these options, which are those of `generate`. Raises and warns as `generate`."""
     check_argument(model, TypeModel, "model", "a model of train_type or load_model")
     if costs not in [*Costs]:
         raise OptionError(f"costs is {short_repr(costs)}, give one of {', '.join(Costs)}")
     if kernel not in [*AreaKernel]:
         raise OptionError(f"kernel is {short_repr(kernel)}, give one of {', '.join(sorted(AreaKernel, reverse=True))}")
-    return generate_buildings(
+    constraints = Constraints(
+        # Accepts integers of NumPy.
+        rooms=(int(rooms), int(rooms)) if isinstance(rooms, int | np.integer) else rooms,
+        at_least=at_least or {},
+        at_most=at_most or {},
+    )
+    return BuildingSampler(
         model,
-        count,
-        seed=seed,
-        constraints=Constraints(
-            # Accepts integers of NumPy.
-            rooms=(int(rooms), int(rooms)) if isinstance(rooms, int | np.integer) else rooms,
-            at_least=at_least or {},
-            at_most=at_most or {},
-        ),
-        similar_to=_assign_clusters(similar_to, model),
-        fixed=_assign_clusters(keep, model),
-        costs=Costs(costs),
-        recombines=recombine,
-        kernel=AreaKernel(kernel),
-        jobs=jobs,
-        track=track,
+        constraints,
+        _assign_clusters(similar_to, model),
+        _assign_clusters(keep, model),
+        Costs(costs),
+        recombine,
+        AreaKernel(kernel),
     )
 
 
@@ -136,5 +160,5 @@ def _assign_clusters(floor: Floor | nx.Graph | None, model: TypeModel) -> TypeFl
     except (GraphError, LabelError) as error:
         raise type(error)(f"{name}: {error}") from error
     if alone := [node for node, doors in graph.degree if not doors]:
-        warnings.warn(BuildingWarning(f"{name}: rooms {name_some(alone)} have no door and are left out"), stacklevel=3)
+        warnings.warn(BuildingWarning(f"{name}: rooms {name_some(alone)} have no door and are left out"), stacklevel=4)
     return type_floor

@@ -39,7 +39,7 @@ def save_type_model(model: TypeModel, path: str | Path) -> None:
 
     Raises ModelError for a model that read_type_model would reject, PiantaError if the file cannot be written.
     """
-    save_checked(path, "model", ModelError, lambda: _dump_model(model))
+    save_checked(path, "model", ModelError, lambda: dump_type_model(model))
 
 
 def read_type_model(path: str | Path) -> TypeModel:
@@ -158,7 +158,7 @@ class _Model(BaseModel):
         )
 
 
-def _dump_model(model: TypeModel) -> bytes:
+def dump_type_model(model: TypeModel) -> bytes:
     """The content of a model file; raises ModelError if it could not be read again."""
     head = {
         **FORMAT.header,

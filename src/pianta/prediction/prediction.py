@@ -314,10 +314,7 @@ def predict(
     """
     check_argument(floor, (Floor, nx.Graph), "floor", "a Floor of read, or its graph")
     check_argument(model, (TypeModel, FloorSampler), "model", "a model of train_type or load_model")
-    if not 1 <= count <= MAX_SAMPLES:
-        raise OptionError(f"{count} samples are wanted, give 1 to {MAX_SAMPLES}")
-    if seed < 0:
-        raise OptionError(f"seed is {seed}, give 0 or more")
+    check_samples(count, seed)
     sampler = _choose_sampler(model, as_printed=as_printed)
     if isinstance(floor, Floor):
         check_model_type(floor.given_type, sampler.model, f"floor {short_repr(floor.source)}")
@@ -328,6 +325,14 @@ def predict(
     samples = tuple(sampler.sample(explored, range(count), seed=seed))
     similar = {} if isinstance(sampler, PrintedSampler) else sampler.doors.predict(explored)
     return Prediction(explored, samples, sampler.model.schema, sampler.label_shares, similar)
+
+
+def check_samples(count: int, seed: int) -> None:
+    """Raise OptionError for a number of samples, or a seed, out of range."""
+    if not 1 <= count <= MAX_SAMPLES:
+        raise OptionError(f"{count} samples are wanted, give 1 to {MAX_SAMPLES}")
+    if seed < 0:
+        raise OptionError(f"seed is {seed}, give 0 or more")
 
 
 def _choose_sampler(model: TypeModel | FloorSampler, *, as_printed: bool) -> FloorSampler:

@@ -106,7 +106,7 @@ def time_sampling(model: TypeModel, count: int, *, seed: int) -> tuple[list[nx.G
     """
     start = perf_counter()
     sampler = TimedSampler(model)
-    batches = split_batches(count, max(len(floor.graph) for floor in model.floors))
+    batches = split_batches(range(count), max(len(floor.graph) for floor in model.floors))
     graphs = [graph for batch in batches for graph in sampler.sample(batch, seed=seed)]
     total = perf_counter() - start
     floors = [floor.graph for floor in model.floors]

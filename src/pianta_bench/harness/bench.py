@@ -17,6 +17,13 @@ from pianta.errors import OptionError
 from pianta.io._files import short_repr
 from pianta.io._folders import atomic_folder, check_output_folder
 
+Scheduler = Annotated[
+    str | None,
+    typer.Option(
+        metavar="ADDRESS|FILE",
+        help="Dask scheduler, or the file that it has written; its workers run the steps instead of --jobs.",
+    ),
+]
 Json = Annotated[Path | None, typer.Option("--json", help="File for every figure and its item.", metavar="FILE")]
 
 
@@ -37,7 +44,10 @@ class Bench:
 
     def make_command(self) -> Callable[..., None]:
         """The function that typer calls: it measures, prints the tables, and writes figures and pictures."""
-        options = dict(self.options) | {"json": (Json, None)}
+        options = dict(self.options)
+        if "jobs" in options:
+            options["scheduler"] = (Scheduler, None)
+        options["json"] = (Json, None)
         if self.pictures:
             help_ = f"Folder for {self.pictures}."
             options["pictures"] = (Annotated[Path | None, typer.Option(help=help_, metavar="DIR")], None)
@@ -55,18 +65,28 @@ class Bench:
         )
         return command
 
-    def run(self, *, json: Path | None = None, pictures: Path | None = None, **options: Any) -> None:
+    def run(
+        self,
+        *,
+        json: Path | None = None,
+        pictures: Path | None = None,
+        scheduler: str | None = None,
+        **options: Any,
+    ) -> None:
         """Measure, print, save; exit with the code 1 if an item failed. Bad options are refused before the long run.
 
-        options: arguments of `measure` of the bench.
+        scheduler: of a Dask cluster that runs the steps, as of `read_batch`. options: arguments of `measure` of the
+        bench.
         """
         check_outputs(json, pictures)
+        from pianta_bench.harness.parallel import use_scheduler
         from pianta_bench.harness.report import save_results, show_tables
 
         measure = self._import("measure").measure
         if "pictures" in inspect.signature(measure).parameters:
             options["pictures"] = pictures
-        results = measure(track=track_items, **options)
+        with use_scheduler(scheduler):
+            results = measure(track=track_items, **options)
         tables = self._import("tables").tabulate(results)
         stdout.print(show_tables(tables, results))
         if json:

@@ -446,7 +446,8 @@ def _viewport(element: Element) -> Floats:
 def _chains_of_shape(element: Element, tag: str) -> list[Floats]:
     """The lines and curves of a shape in its own coordinates, each shape (N, 2)."""
     if tag == "path":
-        return list(_chains_of_path(element.get("d", "")))
+        # A command without numbers has no point: None becomes no float
+        return [np.asarray(chain, float) for chain in _chains_of_path(element.get("d", ""))]
     if tag in {"polyline", "polygon"}:
         numbers = [float(number) for number in _NUMBER.findall(element.get("points", ""))]
         points = np.array(numbers[: len(numbers) // 2 * 2]).reshape(-1, 2)

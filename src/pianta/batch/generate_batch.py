@@ -1,0 +1,204 @@
+"""Generate a hundred thousand buildings: in parts of a folder each, with a journal of what is done."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import chain
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from pianta.batch.journal import Entry
+from pianta.batch.run_batch import (
+    Batch,
+    BatchItem,
+    Progress,
+    RunOptions,
+    WorkItem,
+    WorkResult,
+    collect_warnings,
+    digest_options,
+)
+from pianta.errors import OptionError
+from pianta.io._files import short_repr
+from pianta.io._folders import atomic_folder, check_output_folder
+
+if TYPE_CHECKING:
+    import networkx as nx
+
+    from pianta.floor import Floor
+    from pianta.generation.buildings import BuildingSampler
+    from pianta.generation.type_model import TypeModel
+
+PART = 1000  # buildings of a folder, which file managers still list
+SHEET = "sheet.png"
+
+
+def generate_batch(
+    model: TypeModel,
+    count: int,
+    *,
+    out: str | Path,
+    rooms: int | tuple[int, int] | None = None,
+    at_least: Mapping[str, int] | None = None,
+    at_most: Mapping[str, int] | None = None,
+    similar_to: Floor | nx.Graph | None = None,
+    keep: Floor | nx.Graph | None = None,
+    costs: str = "density",
+    recombine: bool = True,
+    kernel: str = "weisfeiler-lehman",
+    seed: int = 0,
+    jobs: int = 1,
+    resume: bool = True,
+    only_failed: bool = False,
+    shard: str | None = None,
+    time_limit: float | None = None,
+    scheduler: str | None = None,
+    progress: Progress | None = None,
+) -> Iterator[BatchItem]:
+    """Generate many buildings into a folder, with a journal of what is done.
+
+    They are those that `generate` returns, in parts of 1,000, each in a folder part-0001, part-0002, … with their
+    graphs (networkx node-link and GraphML) and the picture sheet.png.
+
+    Parameters
+    ----------
+    model
+        Model of the building type, from `train_type` or `load_model`.
+    count
+        Number of buildings.
+    out
+        The folder; journal.sqlite is beside the parts.
+    rooms, at_least, at_most, similar_to, keep, costs, recombine, kernel, seed
+        As of `generate`.
+    jobs, only_failed, shard, time_limit, scheduler, progress
+        As of `read_batch`, for parts instead of files.
+    resume
+        Whether parts that the journal has with these options, by this version, are not generated again.
+
+    Returns
+    -------
+    iterator of BatchItem
+        Of each part, first those that were generated before. `description` has the rooms of each building (`rooms`),
+        whether it is a copy of a floor of the model (`copies`), and a fingerprint that is equal for equal graphs with
+        equal labels, and hardly ever for others (`fingerprints`).
+
+    Raises
+    ------
+    OptionError, ModelError, GraphError, LabelError
+        As of `generate` and `read_batch`; the folder has more buildings of an earlier batch.
+
+    Warns
+    -----
+    BuildingWarning
+        As of `generate`.
+
+    Examples
+    --------
+    >>> import pianta
+    >>> model = pianta.load_model("school.json")  # doctest: +SKIP
+    >>> for part in pianta.generate_batch(model, 100_000, out="schools", jobs=8):  # doctest: +SKIP
+    ...     print(part.folder, len(part.description["rooms"]))
+    """
+    from pianta.generation.buildings import check_count
+    from pianta.generation.generate import make_sampler
+    from pianta.generation.type_model_file import dump_type_model
+
+    run = RunOptions(jobs, resume, only_failed, shard, time_limit, scheduler)
+    check_count(count, seed)
+    target = Path(out)
+    check_output_folder(target)
+    options: dict[str, Any] = {
+        "rooms": rooms,
+        "at_least": at_least,
+        "at_most": at_most,
+        "similar_to": similar_to,
+        "keep": keep,
+        "costs": costs,
+        "recombine": recombine,
+        "kernel": kernel,
+    }
+    sampler = make_sampler(model, **options)
+    graphs = {name: _describe_floor(options[name]) for name in ("similar_to", "keep")}
+    content = dump_type_model(model).decode()
+    digest = digest_options({**options, **graphs, "seed": seed, "model": content})
+    batch = Batch(target, digest, run)
+    return batch.do_all(lambda entries: _list_parts(target, count, entries), _Work(sampler, seed), progress)
+
+
+def count_repeats(parts: Iterable[BatchItem]) -> int:
+    """How many buildings of the parts of a batch have the fingerprint of another one before them."""
+    fingerprints = Counter(chain.from_iterable(part.description["fingerprints"] for part in parts if part.description))
+    return fingerprints.total() - len(fingerprints)
+
+
+def save_buildings(buildings: Sequence[nx.Graph], names: Sequence[str], model: TypeModel, out: Path) -> None:
+    """Write the graphs as NAME.json and NAME.graphml, and their contact sheet, all or none."""
+    from pianta.io.graphml import save_graphml
+    from pianta.io.graphs import save_graph
+    from pianta.plot.figure import save_figure
+    from pianta.plot.graphs import draw_contact_sheet
+
+    kept_rooms = [[node for node, room in building.nodes(data="room") if room is not None] for building in buildings]
+    with atomic_folder(out) as new:
+        for name, building in zip(names, buildings, strict=True):
+            building.graph.update(source=name, building_type=model.building_type)
+            save_graph(building, new / f"{name}.json")
+            save_graphml(building, new / f"{name}.graphml")
+        save_figure(draw_contact_sheet(buildings, schema=model.schema, fixed=kept_rooms), new / SHEET)
+
+
+def _list_parts(out: Path, count: int, entries: Mapping[str, Entry]) -> Iterator[WorkItem[range]]:
+    parts = [range(first, min(first + PART, count)) for first in range(0, count, PART)]
+    items = [_make_item(out, number, part) for number, part in enumerate(parts, start=1)]
+    keys = {item.key: len(item.value) for item in items}
+    larger = [key for key, entry in entries.items() if entry.is_done and int(entry.inputs) > keys.get(key, 0)]
+    if larger:
+        total = sum(int(entry.inputs) for entry in entries.values() if entry.is_done)
+        fault = f"folder {short_repr(out)} has {total} buildings and {count} are wanted"
+        raise OptionError(f"{fault}, give as many or another folder")
+    yield from items
+
+
+def _make_item(out: Path, number: int, part: range) -> WorkItem[range]:
+    folder = out / f"part-{number:04}"
+    undone = f"buildings {part[0] + 1} to {part[-1] + 1} cannot be generated"
+    return WorkItem(folder.name, folder, str(len(part)), folder, undone, part)
+
+
+def _describe_floor(floor: Floor | nx.Graph | None) -> Any:  # noqa: ANN401  # what JSON can hold
+    """What tells a floor from others, for the digest of options."""
+    import networkx as nx
+
+    if floor is None:
+        return None
+    graph = floor if isinstance(floor, nx.Graph) else floor.graph()
+    return nx.node_link_data(graph, edges="edges")
+
+
+@dataclass(frozen=True)
+class _Work:
+    """What is done for each part, in a process."""
+
+    sampler: BuildingSampler
+    seed: int
+
+    def __call__(self, item: WorkItem[range]) -> WorkResult:
+        """Sample the buildings of a part and write them."""
+        return collect_warnings(lambda: self._generate(item))
+
+    def _generate(self, item: WorkItem[range]) -> dict[str, Any]:
+        from pianta.evaluation.graph_sets import find_copies, find_fingerprints
+        from pianta.generation.buildings import split_batches
+
+        batches = split_batches(item.value, self.sampler.max_rooms)
+        buildings = [building for batch in batches for building in self.sampler.sample(batch, seed=self.seed)]
+        names = [f"building-{number + 1:06}" for number in item.value]
+        model = self.sampler.model
+        save_buildings(buildings, names, model, item.folder)
+        return {
+            "rooms": [len(building) for building in buildings],
+            "copies": find_copies(buildings, [floor.graph for floor in model.floors]),
+            "fingerprints": find_fingerprints(buildings),
+        }

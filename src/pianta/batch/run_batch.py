@@ -1,0 +1,303 @@
+"""Many items of work, each with a folder of results: what is done stays done, and no item stops the others."""
+
+from __future__ import annotations
+
+import json
+import re
+import warnings
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from hashlib import sha256
+from pathlib import Path
+from types import ModuleType
+from typing import Any, Generic, TypeVar
+
+from pianta import __version__
+from pianta.batch.journal import JOURNAL, Entry, Journal
+from pianta.batch.processes import Fault, Outcome, run_items
+from pianta.errors import OptionError, PiantaError
+from pianta.io._files import as_utf8, atomic_file, short_repr
+from pianta.io._folders import remove_remains
+from pianta.reading.read import MAX_JOBS
+
+FAULTS = "faults"  # the folder of reports on what was unforeseen
+NO_DESCRIPTION = "null"  # JSON
+UNFORESEEN = ("time", "killed", "memory", "unforeseen")  # groups of faults whose message does not name the item
+_SHARD = re.compile(r"([1-9][0-9]{0,5})/([1-9][0-9]{0,5})")
+
+Value = TypeVar("Value")
+Progress = Callable[[int, int], None]
+
+
+@dataclass(frozen=True)
+class BatchItem:
+    """What became of an item of a batch: of a file, a floor, or a part of the generated buildings.
+
+    Attributes
+    ----------
+    path
+        The file that was read; of generated buildings the folder.
+    folder
+        Of its results.
+    fault
+        Why there are no results, in one line; None if there are.
+    group
+        What faults are counted by, such as "map", "plan", "time", "killed" and "unforeseen"; empty without a fault.
+    seconds
+        Of the work.
+    is_new
+        Whether it was done now; False if the journal says that it was done before.
+    description
+        What the journal keeps of the results, such as what `describe` of `read_batch` returned; None without it.
+    """
+
+    path: Path
+    folder: Path
+    fault: str | None
+    group: str
+    seconds: float
+    is_new: bool
+    description: Any = None
+
+
+@dataclass(frozen=True)
+class WorkItem(Generic[Value]):
+    """An item and the folder of its results.
+
+    key: in the journal; for a file its absolute path. folder: of the results. inputs: sizes and times of files, when it
+    was listed: it is done again if they change. path: of the `BatchItem`. undone: what cannot be done, for faults, such
+    as "file 'a.yaml' cannot be read". value: what the work takes.
+    """
+
+    key: str
+    folder: Path
+    inputs: str
+    path: Path
+    undone: str
+    value: Value
+
+
+@dataclass(frozen=True)
+class WorkResult:
+    """description: of the results, as JSON. warnings: that were issued."""
+
+    description: str
+    warnings: tuple[Warning, ...]
+
+
+@dataclass(frozen=True)
+class RunOptions:
+    """How a batch is run: as of `read_batch`.
+
+    Raises OptionError for options out of range or that do not fit together.
+    """
+
+    jobs: int = 1
+    resume: bool = True
+    only_failed: bool = False
+    shard: str | None = None
+    time_limit: float | None = None
+    scheduler: str | None = None
+
+    def __post_init__(self) -> None:
+        if not 1 <= self.jobs <= MAX_JOBS:
+            raise OptionError(f"jobs is {self.jobs}, give 1 to {MAX_JOBS}")
+        if self.time_limit is not None and not self.time_limit > 0:
+            raise OptionError(f"time_limit is {self.time_limit}, give seconds")
+        if self.time_limit is not None and self.jobs == 1:
+            raise OptionError("time_limit= ends processes, and one job needs none; give jobs=2 or more")
+        if self.scheduler is not None and (self.jobs > 1 or self.time_limit is not None):
+            raise OptionError("scheduler= has workers of its own, leave out jobs= and time_limit=")
+        _parse_shard(self.shard)
+
+    @property
+    def part(self) -> tuple[int, int] | None:
+        """The number of the part that is done, and of all parts; None for all items."""
+        return _parse_shard(self.shard)
+
+
+@dataclass(frozen=True)
+class Batch:
+    """A batch in an output folder.
+
+    options: the digest of what changes results. describes: whether items without a description are done again.
+    """
+
+    out: Path
+    options: str
+    run: RunOptions
+    describes: bool = True
+
+    def do_all(
+        self,
+        list_items: Callable[[Mapping[str, Entry]], Iterable[WorkItem[Value]]],
+        work: Callable[[WorkItem[Value]], WorkResult],
+        progress: Progress | None = None,
+    ) -> Iterator[BatchItem]:
+        """Do what the journal does not have yet; first what was done before, then each item when it is done.
+
+        list_items: the items, given the last entry of each one in the journal by its key. work: a function of a module,
+        which writes the results of an item. progress: takes the number of items that are done, and of all.
+        """
+        self.out.mkdir(parents=True, exist_ok=True)
+        part = self.run.part
+        name = JOURNAL if part is None else f"journal-{part[0]}-of-{part[1]}.sqlite"
+        with Journal(self.out / name) as journal:
+            if part is None:
+                remove_remains(self.out)
+            entries = journal.read_entries()
+            items = [item for item in list_items(entries) if part is None or _is_in(item.key, part)]
+            done = [item for item in items if self.run.resume and self._is_done(item, entries.get(item.key))]
+            keys = {item.key for item in done}
+            left = [item for item in items if item.key not in keys]
+            if self.run.only_failed:
+                left = [item for item in left if item.key in entries and not entries[item.key].is_done]
+            report = progress or (lambda _done, _all: None)
+            report(0, len(left))
+            for item in done:
+                yield self._describe_entry(item, entries[item.key], is_new=False)
+            for count, outcome in enumerate(run_anywhere(work, left, self.run), start=1):
+                entry = self._make_entry(outcome)
+                journal.record(entry)
+                report(count, len(left))
+                for warning in outcome.result.warnings if outcome.result else ():
+                    warnings.warn(warning, stacklevel=2)
+                yield self._describe_entry(outcome.item, entry, is_new=True)
+
+    def _is_done(self, item: WorkItem[Value], entry: Entry | None) -> bool:
+        """Whether an item was done as it is, with these options, and its results are there."""
+        if entry is None or not entry.is_done or not item.folder.is_dir():
+            return False
+        if self.describes and entry.description == NO_DESCRIPTION:
+            return False
+        return (entry.inputs, entry.options, entry.version) == (item.inputs, self.options, __version__)
+
+    def _make_entry(self, outcome: Outcome[WorkItem[Value], WorkResult]) -> Entry:
+        item, fault = outcome.item, outcome.fault
+        return Entry(
+            item.key,
+            item.folder.name,
+            item.inputs,
+            self.options,
+            __version__,
+            round(outcome.seconds, 3),
+            fault.group if fault else "",
+            as_utf8(self._describe_fault(item, fault)) if fault else "",
+            outcome.result.description if outcome.result else NO_DESCRIPTION,
+        )
+
+    def _describe_fault(self, item: WorkItem[Value], fault: Fault) -> str:
+        """The line of a fault; the report of an unforeseen one is written into a file, which it names."""
+        line = f"{item.undone}: {fault.message}" if fault.group in UNFORESEEN else fault.message
+        if not fault.report:
+            return line
+        report = self.out / FAULTS / f"{item.folder.name}.txt"
+        try:
+            report.parent.mkdir(exist_ok=True)
+            with atomic_file(report) as new:
+                new.write_text(f"pianta {__version__}\n{line}\n\n{fault.report}", encoding="utf-8", errors="replace")
+        except (OSError, PiantaError):
+            return line
+        return f"{line}; report in {report}"
+
+    def _describe_entry(self, item: WorkItem[Value], entry: Entry, *, is_new: bool) -> BatchItem:
+        fault = None if entry.is_done else entry.fault
+        description = json.loads(entry.description) if self.describes else None
+        return BatchItem(item.path, item.folder, fault, entry.group, entry.seconds, is_new, description)
+
+
+def run_anywhere(
+    work: Callable[[WorkItem[Value]], WorkResult], items: Sequence[WorkItem[Value]], run: RunOptions
+) -> Iterator[Outcome[WorkItem[Value], WorkResult]]:
+    """The outcome of each item, from processes of this machine or from a cluster."""
+    if run.scheduler is None:
+        return run_items(work, items, jobs=run.jobs, time_limit=run.time_limit)
+    # Workers have working folders of their own
+    absolute = [replace(item, path=item.path.absolute(), folder=item.folder.absolute()) for item in items]
+    outcomes: Iterator[Outcome[WorkItem[Value], WorkResult]]
+    outcomes = import_cluster().run_on_cluster(work, absolute, scheduler=run.scheduler)
+    return outcomes
+
+
+def name_items(
+    items: Sequence[WorkItem[Value]], names: Sequence[str], entries: Mapping[str, Entry]
+) -> Iterator[WorkItem[Value]]:
+    """The items with their folders: those that the journal has, else a name that no other item has.
+
+    items: with the output folder as `folder`. names: that they should have.
+    """
+    owners = {FAULTS: "", **{entry.folder.casefold(): key for key, entry in entries.items()}}
+    for item, short_name in zip(items, names, strict=True):
+        name = as_utf8(short_name)
+        entry = entries.get(item.key)
+        folder = entry.folder if entry else name
+        number = 1
+        while owners.get(folder.casefold(), item.key) != item.key:
+            number += 1
+            folder = f"{name}-{number}"
+        owners[folder.casefold()] = item.key
+        yield replace(item, folder=item.folder / folder)
+
+
+def describe_files(files: Iterable[Path]) -> str:
+    """Sizes and times of files: if they change, what was computed from them is computed again."""
+    described = []
+    for file in files:
+        try:
+            status = file.stat()
+            described.append(f"{file.name} {status.st_size} {status.st_mtime_ns}")
+        except (OSError, ValueError):
+            described.append(f"{file.name} missing")
+    return as_utf8("; ".join(described))
+
+
+def digest_options(
+    options: Mapping[str, Any], list_files: Callable[[Path], Iterable[Path]] = lambda file: [file]
+) -> str:
+    """A digest of options that change results, with the sizes and times of files among them.
+
+    list_files: the files that a path among the options stands for.
+    """
+    described = {
+        name: [str(value), describe_files(list_files(value))] if isinstance(value, Path) else value
+        for name, value in options.items()
+    }
+    return sha256(json.dumps(described, sort_keys=True, default=repr).encode()).hexdigest()[:16]
+
+
+def collect_warnings(work: Callable[[], Any]) -> WorkResult:
+    """The JSON of what a function returns, with the warnings that it issues; they are issued again where it counts."""
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        described = work()
+    issued = tuple(each.message for each in caught if isinstance(each.message, Warning))
+    return WorkResult(json.dumps(described), issued)
+
+
+def import_cluster() -> ModuleType:
+    """The module that runs items on a Dask cluster.
+
+    Raises OptionError if Dask is not installed.
+    """
+    try:
+        from pianta.batch import cluster
+    except ImportError:
+        raise OptionError("scheduler= needs Dask, install pianta[dask]") from None
+    return cluster
+
+
+def _parse_shard(shard: str | None) -> tuple[int, int] | None:
+    """The number of a part, and of all parts. Raises OptionError."""
+    if shard is None:
+        return None
+    match = _SHARD.fullmatch(shard)
+    number, total = map(int, match.groups()) if match else (1, 0)
+    if number > total:
+        raise OptionError(f"shard is {short_repr(shard)}, give 1/8 … 8/8 for eight parts")
+    return number, total
+
+
+def _is_in(key: str, part: tuple[int, int]) -> bool:
+    """Whether an item belongs to a part, by the digest of its key."""
+    digest = int.from_bytes(sha256(key.encode()).digest()[:8])
+    return digest % part[1] == part[0] - 1

@@ -1,0 +1,140 @@
+"""What the verbs that work on many files have in common: options, progress, faults, and counts at the end."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Annotated, TypedDict
+
+import typer
+
+from pianta.batch.run_batch import BatchItem, Progress
+from pianta.cli.terminal import counting_batch, print_error, print_result
+from pianta.errors import PiantaError
+from pianta.io._files import count_noun
+from pianta.reading.read import MAX_JOBS
+
+Jobs = Annotated[
+    int, typer.Option(min=1, max=MAX_JOBS, help="Processes for several files; the results are the same for any number.")
+]
+Resume = Annotated[
+    bool, typer.Option("--resume/--no-resume", help="Of several files, skip those that OUT has, if they are unchanged.")
+]
+RetryFailed = Annotated[bool, typer.Option("--retry-failed", help="Of several files, only those that have failed.")]
+Shard = Annotated[
+    str | None, typer.Option(metavar="I/N", help="Only the Ith of N parts of the files, each on another machine.")
+]
+Scheduler = Annotated[
+    str | None,
+    typer.Option(
+        metavar="ADDRESS|FILE",
+        help="Dask scheduler, or the file that it has written; its workers do the work instead of --jobs.",
+    ),
+]
+TimeLimit = Annotated[
+    float | None,
+    typer.Option(metavar="S", min=0.1, help="Seconds for a file, with --jobs from 2 on; it fails if it needs more."),
+]
+
+
+class RunArguments(TypedDict):
+    """The arguments of functions for batches that say how they are run."""
+
+    jobs: int
+    resume: bool
+    only_failed: bool
+    shard: str | None
+    time_limit: float | None
+    scheduler: str | None
+
+
+@dataclass(frozen=True)
+class BatchFlags:
+    """The options of the command line that say how a batch is run."""
+
+    jobs: int
+    resume: bool
+    retry_failed: bool
+    shard: str | None
+    time_limit: float | None
+    scheduler: str | None
+
+    @property
+    def given(self) -> list[str]:
+        """Those that were given of the flags for batches alone."""
+        values = {
+            "--retry-failed": self.retry_failed,
+            "--shard": self.shard,
+            "--time-limit": self.time_limit,
+            "--scheduler": self.scheduler,
+        }
+        return [flag for flag, value in values.items() if value]
+
+    @property
+    def arguments(self) -> RunArguments:
+        """The arguments of `read_batch` and others."""
+        return {
+            "jobs": self.jobs,
+            "resume": self.resume,
+            "only_failed": self.retry_failed,
+            "shard": self.shard,
+            "time_limit": self.time_limit,
+            "scheduler": self.scheduler,
+        }
+
+
+@dataclass(frozen=True)
+class BatchWords:
+    """What a batch is called. noun: of an item, such as "file". done, does: such as "read" and "reads"."""
+
+    noun: str
+    done: str
+    does: str
+
+
+def run_batch(
+    start: Callable[[Progress], Iterator[BatchItem]],
+    words: BatchWords,
+    list_lines: Callable[[BatchItem], list[str]],
+    *,
+    quiet: bool,
+    keep: Callable[[BatchItem], BatchItem] = lambda item: item,
+) -> list[BatchItem]:
+    """All items of a batch, which is followed on the terminal; print its counts.
+
+    start: starts the batch, given what counts its progress. list_lines: what is printed of an item that was done now.
+    keep: what is kept of an item.
+    """
+    items: list[BatchItem] = []
+    with counting_batch(noun=f"{words.noun}s", quiet=quiet) as (progress, add_failure):
+        for item in start(progress):
+            items.append(keep(item))
+            if item.fault is not None:
+                print_error(PiantaError(item.fault))
+                add_failure()
+            elif item.is_new and not quiet:
+                for line in list_lines(item):
+                    print_result(line)
+    if not quiet:
+        _print_counts(items, words)
+    return items
+
+
+def exit_if_any_failed(items: list[BatchItem]) -> None:
+    """End with exit code 1 if an item has a fault."""
+    if any(item.fault is not None for item in items):
+        raise typer.Exit(1)
+
+
+def _print_counts(items: list[BatchItem], words: BatchWords) -> None:
+    """How many items were done, now and before, and how many have failed for which kind of reason."""
+    failed = Counter(item.group for item in items if item.fault is not None)
+    before = sum(not item.is_new for item in items)
+    line = f"{len(items) - failed.total()} of {count_noun(len(items), words.noun)} {words.done}"
+    if before:
+        line += f", {before} of them before; --no-resume {words.does} them again"
+    print_result(line)
+    if failed.total() > 1:
+        listed = ", ".join(f"{group} {count}" for group, count in failed.most_common())
+        print_result(f"faults: {listed}")

@@ -1,0 +1,166 @@
+"""Many generated buildings: parts of a folder each, which are those of one run, and a journal of what is done."""
+
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import networkx as nx
+import pytest
+
+import pianta
+from pianta.batch import generate_batch as batch_module
+from pianta.errors import OptionError
+from pianta.evaluation.graph_sets import find_fingerprints
+from pianta.generation.type_model import TypeModel, learn_type
+from pianta.generation.type_model_file import save_type_model
+from pianta.io.graphs import read_graph
+from tests.command_line import list_files, run_pianta
+from tests.generated_types import SCHOOL, make_schools
+
+
+@pytest.fixture(scope="module")
+def model():
+    """The model of the schools, with short chains."""
+    return replace(learn_type(make_schools(), SCHOOL), sweeps=5, edge_moves=20, door_moves=5)
+
+
+@pytest.fixture
+def small_parts(monkeypatch):
+    monkeypatch.setattr(batch_module, "PART", 3)
+
+
+def generate(model: TypeModel, count: int, out: Path, **options) -> dict[str, pianta.BatchItem]:
+    return {item.folder.name: item for item in pianta.generate_batch(model, count, out=out, **options)}
+
+
+def read_parts(out: Path) -> list[nx.Graph]:
+    return [read_graph(file) for file in sorted(out.glob("part-*/building-*.json"))]
+
+
+@pytest.mark.usefixtures("small_parts")
+class TestGenerateBatch:
+    def test_the_parts_have_the_buildings_of_generate(self, model, tmp_path):
+        parts = generate(model, 8, tmp_path / "out", seed=4)
+        assert [*parts] == ["part-0001", "part-0002", "part-0003"]
+        assert all(item.fault is None and item.is_new for item in parts.values())
+        written, whole = read_parts(tmp_path / "out"), pianta.generate(model, 8, seed=4)
+        assert find_fingerprints(written) == find_fingerprints(whole)
+        assert [graph.graph["source"] for graph in written] == [f"building-{number:06}" for number in range(1, 9)]
+        assert parts["part-0003"].description["rooms"] == [len(graph) for graph in whole[6:]]
+        assert (tmp_path / "out" / "part-0003" / "sheet.png").is_file()
+
+    def test_what_is_done_is_not_done_again_unless_options_change(self, model, tmp_path):
+        out = tmp_path / "out"
+        generate(model, 6, out)
+        assert [item.is_new for item in generate(model, 6, out).values()] == [False, False]
+        assert [item.is_new for item in generate(model, 6, out, seed=1).values()] == [True, True]
+        assert [item.is_new for item in generate(replace(model, sweeps=6), 6, out, seed=1).values()] == [True, True]
+        school = make_schools()[0]
+        assert [item.is_new for item in generate(model, 6, out, similar_to=school).values()] == [True, True]
+        assert [item.is_new for item in generate(model, 6, out, similar_to=school).values()] == [False, False]
+
+    def test_more_buildings_are_added_to_those_that_are_there(self, model, tmp_path):
+        generate(model, 4, tmp_path / "out")
+        parts = generate(model, 7, tmp_path / "out")
+        assert {name: item.is_new for name, item in parts.items()} == {
+            "part-0001": False,
+            "part-0002": True,
+            "part-0003": True,
+        }
+        generate(model, 7, tmp_path / "whole")
+        files = {name: content for name, content in list_files(tmp_path / "out").items() if "journal" not in name}
+        others = {name: content for name, content in list_files(tmp_path / "whole").items() if "journal" not in name}
+        assert files == others
+
+    def test_fewer_buildings_than_are_there_are_refused(self, model, tmp_path):
+        generate(model, 7, tmp_path / "out")
+        with pytest.raises(OptionError, match="has 7 buildings and 4 are wanted, give as many or another folder"):
+            generate(model, 4, tmp_path / "out")
+
+    def test_shards_are_parts_of_all(self, model, tmp_path):
+        for shard in ("1/2", "2/2"):
+            generate(model, 8, tmp_path / "out", shard=shard)
+        generate(model, 8, tmp_path / "whole")
+        assert find_fingerprints(read_parts(tmp_path / "out")) == find_fingerprints(read_parts(tmp_path / "whole"))
+
+    def test_repeats_are_counted_over_all_parts(self, model, tmp_path):
+        items = [*generate(model, 9, tmp_path / "out").values()]
+        fingerprints = find_fingerprints(pianta.generate(model, 9))
+        assert batch_module.count_repeats(items) == 9 - len(set(fingerprints))
+
+    @pytest.mark.parametrize(
+        ("count", "options", "fault"),
+        [
+            (0, {}, "0 buildings are wanted"),
+            (100_001, {}, "give 1 to 100000"),
+            (3, {"seed": -1}, "seed is -1"),
+            (3, {"shard": "3/2"}, "shard is '3/2'"),
+            (3, {"jobs": 0}, "jobs is 0"),
+        ],
+    )
+    def test_options_out_of_range_are_refused(self, model, tmp_path, count, options, fault):
+        with pytest.raises(OptionError, match=fault):
+            generate(model, count, tmp_path / "out", **options)
+        assert not (tmp_path / "out").exists()
+
+
+def test_a_fingerprint_depends_on_labels_and_doors_alone():
+    one, other, *_ = make_schools()
+    renamed = one.copy()
+    renamed.graph.clear()
+    changed = one.copy()
+    changed.nodes[1]["label"] = "GYM"
+    first, same, second, third = find_fingerprints([one, renamed, other, changed])
+    assert first == same
+    assert len({first, second, third}) == 3
+
+
+@pytest.fixture(scope="module")
+def model_file(model, tmp_path_factory):
+    path = tmp_path_factory.mktemp("model") / "school.json"
+    save_type_model(model, path)
+    return path
+
+
+@pytest.mark.slow
+class TestCommand:
+    def test_more_than_a_thousand_are_in_parts(self, model_file, tmp_path):
+        command = [
+            sys.executable,
+            "-m",
+            "pianta",
+            "generate",
+            str(model_file),
+            "-n",
+            "1002",
+            "-o",
+            "out",
+            "--jobs",
+            "2",
+        ]
+        done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stderr
+        counted, sizes, copies, where = done.stdout.splitlines()
+        assert counted == "2 of 2 parts generated"
+        assert sizes.startswith("1002 buildings of type school, ")
+        assert copies.startswith("copies of a floor of the model: ")
+        assert where == "in out: part-*, each with building-*.json, building-*.graphml, sheet.png"
+        assert len(read_parts(tmp_path / "out")) == 1002
+        again = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+        assert again.stdout.splitlines() == [
+            "2 of 2 parts generated, 2 of them before; --no-resume generates them again",
+            sizes,
+            copies,
+            where,
+        ]
+
+    def test_what_cannot_be_met_and_a_bad_folder_are_one_line(self, model_file, tmp_path):
+        arguments = ("generate", model_file, "-n", 4, "--shard", "1/1", "-o")
+        outcome = run_pianta(*arguments, tmp_path / "out", "--rooms", "900")
+        assert (outcome.code, outcome.out, len(outcome.err.splitlines())) == (2, "", 1)
+        assert "900" in outcome.err
+        (tmp_path / "file").write_text("")
+        outcome = run_pianta(*arguments, tmp_path / "file" / "out")
+        assert (outcome.code, outcome.out, len(outcome.err.splitlines())) == (2, "", 1)
+        assert not (tmp_path / "out").exists()
