@@ -29,7 +29,7 @@ import numpy as np
 import psutil
 
 from pianta.batch.journal import JOURNAL
-from pianta.batch.read_batch import FAULTS
+from pianta.batch.run_batch import FAULTS
 from pianta.reading.reading import OUTPUTS
 from pianta.worlds.floors import make_corridor_floor
 from pianta.worlds.scan import simulate_map

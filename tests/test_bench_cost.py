@@ -8,7 +8,8 @@ import pytest
 
 from pianta_bench.cost import measure as cost
 from pianta_bench.cost.measure import tile_floor
-from pianta_bench.cost.tables import derive
+from pianta_bench.cost.stages import OTHER, STAGES, TOTAL, profile_reading
+from pianta_bench.cost.tables import derive, derive_stages, tabulate
 from pianta_bench.harness.records import Results
 from tests.command_line import run_pianta
 
@@ -35,6 +36,35 @@ def test_tiles_are_copies_of_one_floor_apart_from_each_other():
 def test_growth_is_the_time_of_all_floors_in_times_of_one():
     (growth,) = [record for record in derive(make_results()) if record["metric"] == "growth"]
     assert growth["value"] == pytest.approx(12 / (16 * 0.5))
+
+
+def test_shares_and_growth_of_stages():
+    results = make_results()
+    for floors, seconds in ((1, {"network": 1.0, "walls": 0.001, TOTAL: 4.0}), (16, {"network": 40.0, TOTAL: 80.0})):
+        results.add("stages", f"{floors} floors", seconds, names=("stage",), metric="seconds", floors=floors)
+    derived = {(each["stage"], each["metric"], each["floors"]): each["value"] for each in derive_stages(results)}
+    assert derived == {
+        ("network", "share", 1): 25.0,
+        ("walls", "share", 1): pytest.approx(0.025),
+        (TOTAL, "share", 1): 100.0,
+        ("network", "share", 16): 50.0,
+        ("network", "growth", 16): 40 / 16,
+        (TOTAL, "share", 16): 100.0,
+        (TOTAL, "growth", 16): 80 / 64,
+    }
+    cost_table, stage_table = tabulate(results)
+    assert cost_table.rows["thesis, 16"]["growth"].mean == pytest.approx(1.5)
+    assert [*stage_table.rows] == ["network", "walls", TOTAL]
+
+
+@pytest.mark.slow
+def test_the_stages_of_a_reading_are_most_of_it_and_none_counts_twice():
+    profiled = profile_reading(tile_floor(600, 1, unseen=0.15))
+    assert [*profiled] == [*STAGES, OTHER, TOTAL]
+    seconds = {stage: value or 0.0 for stage, value in profiled.items()}
+    assert all(seconds[stage] > 0 for stage in STAGES)
+    assert sum(seconds[stage] for stage in STAGES) + seconds[OTHER] == pytest.approx(seconds[TOTAL])
+    assert 0 <= seconds[OTHER] < seconds[TOTAL] / 2
 
 
 @pytest.mark.slow

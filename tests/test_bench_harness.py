@@ -236,7 +236,7 @@ class TestSteps:
 
     def test_a_step_whose_process_ends_is_named(self):
         with pytest.raises(PiantaError, match="step a: its process ended with code 3, 2 times"):
-            [*run_steps({"a": partial(os._exit, 3), "b": partial(str, 4)}, jobs=2, track=iter)]
+            [*run_steps({"a": partial(_end, 3), "b": partial(str, 4)}, jobs=2, track=iter)]
 
     def test_an_unforeseen_error_has_its_traceback_as_a_note(self):
         with pytest.raises(PiantaError, match="step a: an unforeseen fault, ZeroDivisionError") as caught:
@@ -255,3 +255,7 @@ class TestSteps:
 
 def _fail(reason: str) -> str:
     raise PiantaError(reason)
+
+
+def _end(code: int) -> str:
+    os._exit(code)

@@ -1,4 +1,4 @@
-"""How the cost of a method grows: one floor against sixteen of them on one map."""
+"""How the cost of a method grows, and of its stages: one floor against sixteen of them on one map."""
 
 from __future__ import annotations
 
@@ -12,14 +12,16 @@ from statistics import median
 import numpy as np
 
 from pianta.gridmap import UNKNOWN, GridMap
-from pianta.layout.reconstruct import METHODS, check_method
+from pianta.layout.reconstruct import DEFAULT_METHOD, METHODS, check_method
 from pianta.worlds.floors import make_ring_floor
 from pianta.worlds.scan import simulate_map
+from pianta_bench.cost.stages import profile_reading
 from pianta_bench.harness.records import Figures, Results, Track
 from pianta_bench.layout.timing import time_reconstruction
 
 SIDE_CELLS = 1000  # cells along each side of the map of one floor
 TILES = 4  # floors along each side of the large map
+UNSEEN = 0.15  # of each floor whose reading is split into stages: rooms at its end are partial
 SMALL_RUNS = 3  # runs on one floor; their median counts
 
 
@@ -42,22 +44,37 @@ def measure(
         floors = count * count
         measure_one = partial(_measure_apart, method, side, count)
         results.measure("cost", f"{floors} floors, {method}", measure_one, method=method, floors=floors)
+    if DEFAULT_METHOD in methods:
+        for count, name in zip(
+            (1, tiles), track([f"stages, {count * count} floors" for count in (1, tiles)]), strict=True
+        ):
+            profile = partial(_profile_apart, side, count)
+            results.measure("stages", name, profile, names=("stage",), metric="seconds", floors=count * count)
     return results
 
 
-def tile_floor(side: int, tiles: int) -> GridMap:
-    """A generated floor with a ring corridor and furniture, tiles × tiles times, each in side × side cells."""
+def tile_floor(side: int, tiles: int, *, unseen: float = 0.0) -> GridMap:
+    """A generated floor with a ring corridor and furniture, tiles × tiles times, each in side × side cells.
+
+    unseen: the share of the rows of each floor, the last ones, that the robot has not seen.
+    """
     length = side * 0.05 - 13
     grid = simulate_map(make_ring_floor(length=length, width=length), furniture=0.3)
     cells = np.full((side, side), UNKNOWN, np.int8)
     rows, cols = grid.shape
     cells[:rows, :cols] = grid.cells
+    cells[round((1 - unseen) * rows) :] = UNKNOWN
     return GridMap(np.tile(cells, (tiles, tiles)), grid.resolution)
 
 
 def _measure_apart(method: str, side: int, tiles: int) -> Iterator[Figures]:
     with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:
         yield pool.submit(measure_cost, method, side, tiles).result()
+
+
+def _profile_apart(side: int, tiles: int) -> Iterator[Figures]:
+    with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:
+        yield pool.submit(profile_reading, tile_floor(side, tiles, unseen=UNSEEN)).result()
 
 
 def measure_cost(method: str, side: int, tiles: int) -> Figures:
