@@ -3,16 +3,16 @@
 Run: OMP_NUM_THREADS=1 python benchmarks/time_batches.py FOLDER [--maps 1000] [--broken 20] [--kills 300] [--dask]
 
 The maps, made floors of mixed kinds and sizes, are written into FOLDER/maps if they are not there yet. They are read
-with one process and with two: the ratio of the rates counts; with --dask the same is measured on a local cluster of one
-and of two workers, and nothing is killed. Else they are then read with two while processes are killed at
-random moments: one process of the batch, or the program itself, which is started again. At the end
+with one process and with two, or with --dask by one and by two workers of a local cluster: the ratio of the rates
+counts. They are then read with two while processes are killed at random moments: one process that reads, or the program
+itself, which is started again. At the end
 
 - each map must have all its results, byte for byte those of the run with one process,
 - nothing that the journal had as read before a kill may have been read again,
 - the broken maps, and no others, must have failed; apart from maps whose process was killed twice, which are named.
 
 Memory is the largest resident one of the processes, sampled while they read: the mean over the last tenth of the batch,
-against the first tenth.
+against the second tenth.
 """
 
 from __future__ import annotations
@@ -22,7 +22,9 @@ import sqlite3
 import subprocess
 import sys
 import time
-from contextlib import closing, suppress
+from collections.abc import Callable, Iterator
+from contextlib import closing, contextmanager, suppress
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -47,15 +49,18 @@ def main() -> None:
     parser.add_argument("--dask", action="store_true")
     options = parser.parse_args()
     maps = make_maps(options.folder / "maps", options.maps, options.broken)
-    if options.dask:
-        one, two = (time_cluster(maps, options.folder / f"workers-{workers}", workers) for workers in (1, 2))
-        sys.stdout.write(f"one worker {one:.1f} s, two {two:.1f} s: {one / two / 2:.0%} of twice the rate\n")
-        compare_results(options.folder / "workers-1", options.folder / "workers-2")
-        return
-    one, two = (time_batch(maps, options.folder / f"jobs-{jobs}", jobs) for jobs in (1, 2))
-    sys.stdout.write(f"one process {one:.1f} s, two {two:.1f} s: {one / two / 2:.0%} of twice the rate\n")
-    kill_batch(maps, options.folder / "killed", options.kills)
-    compare_results(options.folder / "jobs-1", options.folder / "killed")
+    noun, runs = ("workers", on_cluster) if options.dask else ("jobs", with_jobs)
+    seconds = {}
+    for number in (1, 2):
+        with runs(maps, number) as run:
+            seconds[number] = time_batch(maps, options.folder / f"{noun}-{number}", run)
+    share = seconds[1] / seconds[2] / 2
+    sys.stdout.write(f"one {seconds[1]:.1f} s, two {seconds[2]:.1f} s: {share:.0%} of twice the rate\n")
+    if options.kills:
+        with runs(maps, 2) as run:
+            kill_batch(options.folder / f"{noun}-killed", options.kills, run)
+    last = f"{noun}-killed" if options.kills else f"{noun}-2"
+    compare_results(options.folder / f"{noun}-1", options.folder / last)
 
 
 def make_maps(folder: Path, count: int, broken: int) -> Path:
@@ -74,48 +79,70 @@ def make_maps(folder: Path, count: int, broken: int) -> Path:
     return folder
 
 
-def start_batch(maps: Path, out: Path, jobs: int) -> subprocess.Popen[bytes]:
-    """The program that reads the maps."""
-    command = [sys.executable, "-m", "pianta", "read", str(maps), "-o", str(out), "--jobs", str(jobs), "-q"]
-    return subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+@dataclass(frozen=True)
+class Run:
+    """How maps are read. name: for the lines. start: the program, given the folder of results. readers: who reads."""
+
+    name: str
+    start: Callable[[Path], subprocess.Popen[bytes]]
+    list_readers: Callable[[subprocess.Popen[bytes]], list[psutil.Process]]
 
 
-def time_batch(maps: Path, out: Path, jobs: int) -> float:
-    """Seconds of a batch; prints the memory of its processes."""
-    start, total = time.perf_counter(), sum(1 for _ in maps.iterdir())
-    samples: list[tuple[int, int]] = []
-    with start_batch(maps, out, jobs) as process:
-        watched = psutil.Process(process.pid)
-        while process.poll() is None:
-            try:
-                members = [watched, *watched.children(recursive=True)]
-                samples.append((count_entries(out), max(member.memory_info().rss for member in members)))
-            except psutil.Error:
-                continue
-            time.sleep(PAUSE)
-    seconds = time.perf_counter() - start
-    tenths = [[rss for done, rss in samples if low <= done / total < high] for low, high in ((0.1, 0.2), (0.9, 1.0))]
-    first, last = (float(np.mean(each)) / 2**20 if each else float("nan") for each in tenths)
-    sys.stdout.write(
-        f"--jobs {jobs}: {total} maps, {total / seconds:.2f} a second; largest process {first:.0f} MiB in the second "
-        f"tenth, {last:.0f} MiB in the last ({last / first - 1:+.0%})\n"
-    )
-    return seconds
+@contextmanager
+def with_jobs(maps: Path, jobs: int) -> Iterator[Run]:
+    """Reading in processes of the program."""
+
+    def list_readers(process: subprocess.Popen[bytes]) -> list[psutil.Process]:
+        program = psutil.Process(process.pid)
+        return program.children(recursive=True) if jobs > 1 else [program]
+
+    yield Run(f"--jobs {jobs}", lambda out: start_program(maps, out, "--jobs", str(jobs)), list_readers)
 
 
-def time_cluster(maps: Path, out: Path, workers: int) -> float:
-    """Seconds of a batch on a local Dask cluster, which is started before."""
+@contextmanager
+def on_cluster(maps: Path, workers: int) -> Iterator[Run]:
+    """Reading by the workers of a local Dask cluster, which is started before."""
     from distributed import LocalCluster
 
     with LocalCluster(
         n_workers=workers, threads_per_worker=1, host="127.0.0.1", dashboard_address=None, memory_limit=0
     ) as cluster:
-        command = [sys.executable, "-m", "pianta", "read", str(maps), "-o", str(out)]
-        start = time.perf_counter()
-        subprocess.run(
-            [*command, "--scheduler", cluster.scheduler_address, "-q"], stderr=subprocess.DEVNULL, check=False
-        )
-        return time.perf_counter() - start
+
+        def list_readers(process: subprocess.Popen[bytes]) -> list[psutil.Process]:
+            children = psutil.Process().children()
+            return [
+                child for child in children if child.pid != process.pid and "spawn_main" in " ".join(child.cmdline())
+            ]
+
+        address = cluster.scheduler_address
+        yield Run(f"{workers} workers", lambda out: start_program(maps, out, "--scheduler", address), list_readers)
+
+
+def start_program(maps: Path, out: Path, *options: str) -> subprocess.Popen[bytes]:
+    """The program that reads the maps."""
+    command = [sys.executable, "-m", "pianta", "read", str(maps), "-o", str(out), *options, "-q"]
+    return subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+
+
+def time_batch(maps: Path, out: Path, run: Run) -> float:
+    """Seconds of a batch; prints the memory of the processes that read."""
+    start, total = time.perf_counter(), sum(1 for _ in maps.iterdir())
+    samples: list[tuple[int, int]] = []
+    with run.start(out) as process:
+        while process.poll() is None:
+            with suppress(psutil.Error, ValueError):
+                largest = max(reader.memory_info().rss for reader in run.list_readers(process))
+                samples.append((count_entries(out), largest))
+            time.sleep(PAUSE)
+    seconds = time.perf_counter() - start
+    tenths = [[rss for done, rss in samples if low <= done / total < high] for low, high in ((0.1, 0.2), (0.9, 1.0))]
+    first, last = (float(np.mean(each)) / 2**20 if each else float("nan") for each in tenths)
+    sys.stdout.write(
+        f"{run.name}: {total} maps, {total / seconds:.2f} a second; largest process {first:.0f} MiB in the second "
+        f"tenth, {last:.0f} MiB in the last ({last / first - 1:+.0%})\n"
+    )
+    sys.stdout.flush()
+    return seconds
 
 
 def count_entries(out: Path) -> int:
@@ -123,10 +150,10 @@ def count_entries(out: Path) -> int:
     return sum(1 for _ in out.iterdir()) if out.is_dir() else 0
 
 
-def kill_batch(maps: Path, out: Path, kills: int) -> None:
+def kill_batch(out: Path, kills: int, run: Run) -> None:
     """Read the maps while processes are killed, and check that nothing is half-written or read twice."""
     rng = np.random.default_rng(1)
-    process, left, starts, again = start_batch(maps, out, 2), kills, 1, 0
+    process, left, starts, again = run.start(out), kills, 1, 0
     done: dict[str, float] = {}
     while True:
         time.sleep(float(rng.uniform(0.5, 4)))
@@ -135,10 +162,10 @@ def kill_batch(maps: Path, out: Path, kills: int) -> None:
         if not left:
             continue
         left -= 1
-        children = psutil.Process(process.pid).children(recursive=True)
-        if rng.random() < 0.5 and children:
+        readers = run.list_readers(process)
+        if rng.random() < 0.5 and readers:
             with suppress(psutil.Error):
-                children[int(rng.integers(len(children)))].kill()
+                readers[int(rng.integers(len(readers)))].kill()
             continue
         process.kill()
         process.wait()
@@ -146,7 +173,7 @@ def kill_batch(maps: Path, out: Path, kills: int) -> None:
         again += sum(times[name] != seconds for name, seconds in done.items())
         done = times
         check_results(out)
-        process, starts = start_batch(maps, out, 2), starts + 1
+        process, starts = run.start(out), starts + 1
     times = read_times(out)
     again += sum(times[name] != seconds for name, seconds in done.items())
     check_results(out)

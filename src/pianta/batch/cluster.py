@@ -12,7 +12,7 @@ from typing import Any, TypeVar
 from distributed import Client, Future, KilledWorker, Worker, WorkerPlugin, as_completed, get_worker
 
 from pianta import __version__
-from pianta.batch.processes import QUEUED_PER_JOB, Fault, Outcome, describe_fault, guard_item
+from pianta.batch.processes import QUEUED_PER_JOB, Fault, Outcome, describe_fault, guard_item, limit_threads
 from pianta.errors import OptionError
 from pianta.io._files import one_line_reason, short_repr
 
@@ -64,7 +64,8 @@ class _WorkPlugin(WorkerPlugin):  # type: ignore[misc]  # of a library without t
         self.work = work
 
     def setup(self, worker: Worker) -> None:
-        """Keep the work in a worker."""
+        """Keep the work in a worker, which has one thread."""
+        limit_threads(1)
         setattr(worker, self.name, self.work)
 
     def teardown(self, worker: Worker) -> None:

@@ -2,64 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
+from contextlib import ExitStack
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
 from shapely import unary_union
 
+from pianta.batch.geoparquet import TABLES, Row, open_table
 from pianta.batch.journal import Entry, read_journals
 from pianta.building import Building, Storey
 from pianta.errors import OptionError, PiantaError
 from pianta.io._files import short_repr
 from pianta.io._folders import atomic_folder, check_output_folder
 from pianta.io.building_folders import read_building_folder
-
-if TYPE_CHECKING:
-    from geopandas import GeoDataFrame
-
-TABLES = ("buildings", "rooms", "doors")
-# Columns of each table besides the geometry, with the types that pandas gives them also where all values are missing
-COLUMNS: Mapping[str, Mapping[str, str]] = {
-    "buildings": {
-        "building": "string",
-        "storey": "string",
-        "file": "string",
-        "building_type": "string",
-        "probability": "float64",
-        "rooms": "int64",
-        "doors": "int64",
-        "area": "float64",
-        "area_trust": "string",
-        "seconds": "float64",
-        "version": "string",
-    },
-    "rooms": {
-        "building": "string",
-        "storey": "string",
-        "id": "int64",
-        "number": "string",
-        "name": "string",
-        "label": "string",
-        "label_probability": "float64",
-        "area": "float64",
-        "partial": "bool",
-        "probability": "float64",
-        "flag": "string",
-        "global_id": "string",
-    },
-    "doors": {
-        "building": "string",
-        "storey": "string",
-        "room": "int64",
-        "other_room": "Int64",
-        "width": "float64",
-        "kind": "string",
-        "probability": "float64",
-        "global_id": "string",
-    },
-}
-Row = dict[str, Any]
 
 
 def collect_batch(folder: str | Path, out: str | Path | None = None) -> dict[str, Path]:
@@ -101,15 +56,13 @@ def collect_batch(folder: str | Path, out: str | Path | None = None) -> dict[str
     entries = [entry for entry in read_journals(Path(folder)) if entry.is_done]
     if not entries:
         raise OptionError(f"the journal of {short_repr(folder)} has no file that was read, so there is no table")
-    rows: dict[str, list[Row]] = {table: [] for table in TABLES}
-    for entry in sorted(entries, key=lambda entry: entry.folder):
-        for storey in _read_results(Path(folder), entry):
-            rows["buildings"].append(_describe_storey(storey, entry))
-            rows["rooms"] += _list_rooms(storey, entry)
-            rows["doors"] += _list_doors(storey, entry)
-    with atomic_folder(target) as new:
-        for table in TABLES:
-            _make_table(table, rows[table]).to_parquet(new / f"{table}.parquet", index=False)
+    with atomic_folder(target) as new, ExitStack() as stack:
+        writers = {table: stack.enter_context(open_table(table, new / f"{table}.parquet")) for table in TABLES}
+        for entry in sorted(entries, key=lambda entry: entry.folder):
+            for storey in _read_results(Path(folder), entry):
+                writers["buildings"].write([_describe_storey(storey, entry)])
+                writers["rooms"].write(_list_rooms(storey, entry))
+                writers["doors"].write(_list_doors(storey, entry))
     return {table: target / f"{table}.parquet" for table in TABLES}
 
 
@@ -173,13 +126,3 @@ def _list_doors(storey: Storey, entry: Entry) -> Iterator[Row]:
             "global_id": door.global_id,
             "geometry": door.line,
         }
-
-
-def _make_table(table: str, rows: list[Row]) -> GeoDataFrame:
-    try:
-        from geopandas import GeoDataFrame
-    except ImportError:
-        raise OptionError("geopandas is not installed, install it with: pip install 'pianta[geo]'") from None
-    columns = COLUMNS[table]
-    frame = GeoDataFrame(rows, columns=[*columns, "geometry"], geometry="geometry")
-    return frame.astype(dict(columns))

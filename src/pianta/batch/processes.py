@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import multiprocessing
+import os
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, wait
@@ -137,12 +138,25 @@ def _open_pool(jobs: int) -> Iterator[ProcessPool]:
     from pebble import ProcessPool
 
     # A forked process would inherit the locks that threads of OpenCV and BLAS hold
-    pool = ProcessPool(max_workers=jobs, context=multiprocessing.get_context("spawn"))
+    threads = max(1, (os.cpu_count() or 1) // jobs)
+    pool = ProcessPool(
+        max_workers=jobs,
+        context=multiprocessing.get_context("spawn"),
+        initializer=limit_threads,
+        initargs=[threads],
+    )
     try:
         yield pool
     finally:
         pool.stop()
         pool.join()
+
+
+def limit_threads(threads: int) -> None:
+    """In a process: let OpenCV use its share of the cores, so that processes do not slow each other down."""
+    import cv2
+
+    cv2.setNumThreads(threads)
 
 
 def _collect(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -14,6 +15,8 @@ from pianta.cli.terminal import counting_batch, print_error, print_result
 from pianta.errors import PiantaError
 from pianta.io._files import count_noun
 from pianta.reading.read import MAX_JOBS
+
+GARBAGE_THRESHOLD = 700  # new objects after which Python collects garbage, its own default
 
 Jobs = Annotated[
     int, typer.Option(min=1, max=MAX_JOBS, help="Processes for several files; the results are the same for any number.")
@@ -106,6 +109,8 @@ def run_batch(
     start: starts the batch, given what counts its progress. list_lines: what is printed of an item that was done now.
     keep: what is kept of an item.
     """
+    # Garbage of hours would fill the memory with the threshold that __main__ sets for short commands
+    gc.set_threshold(GARBAGE_THRESHOLD)
     items: list[BatchItem] = []
     with counting_batch(noun=f"{words.noun}s", quiet=quiet) as (progress, add_failure):
         for item in start(progress):
