@@ -4,7 +4,7 @@ Run: OMP_NUM_THREADS=1 python benchmarks/simulate_batches.py OUT [--maps 1000000
 
 OUT: a folder that `pianta read FOLDER` has written, as by time_batches.py. Its journal gives the seconds of each map,
 and its results the bytes of each. What the client does for a map is measured here, on a new journal: a record, and the
-listing of a file; so is what `pianta collect` takes for each map, in time and memory.
+listing of a file; so is what `pianta collect` takes for each map.
 
 The simulation gives the next free worker the next map, with seconds drawn from those of the journal; a result waits
 until the client, or the scheduler before it, has dealt with the earlier ones. What Dask takes for a task on the
@@ -15,7 +15,6 @@ from __future__ import annotations
 
 import argparse
 import heapq
-import resource
 import sys
 import time
 from dataclasses import replace
@@ -45,14 +44,14 @@ def main() -> None:
     seconds = np.array([entry.seconds for entry in entries])
     sizes = [sum(file.stat().st_size for file in (options.out / entry.folder).iterdir()) for entry in entries]
     record, client = measure_records(entries[0]), measure_listing(Path(entries[0].path).parent)
-    collected, memory = measure_collection(options.out, len(entries))
+    collected = measure_collection(options.out, len(entries))
     sys.stdout.write(
         f"{len(entries)} maps: {seconds.mean():.2f} ± {seconds.std():.2f} s, {np.mean(sizes) / 2**20:.2f} MiB results\n"
         f"client: {1000 * client:.2f} ms to list a file, {1000 * record:.2f} ms to record it; collect: "
-        f"{1000 * collected:.1f} ms and {memory / 2**10:.0f} KiB a map\n"
+        f"{1000 * collected:.1f} ms a map\n"
         f"{options.maps} maps: {options.maps * seconds.mean() / 3600:,.0f} hours of a core, "
-        f"{options.maps * np.mean(sizes) / 2**40:.2f} TiB, {options.maps * collected / 3600:.1f} hours and "
-        f"{options.maps * memory / 2**30:.0f} GiB to collect\n"
+        f"{options.maps * np.mean(sizes) / 2**40:.2f} TiB, {options.maps * collected / 3600:.1f} hours to "
+        "collect\n"
     )
     for workers in WORKERS:
         rate, busy = simulate(workers, seconds, record + DASK_SECONDS)
@@ -76,13 +75,12 @@ def measure_listing(folder: Path) -> float:
     return (time.perf_counter() - start) / count
 
 
-def measure_collection(out: Path, count: int) -> tuple[float, float]:
-    """Seconds and bytes of memory that `collect` takes for a map."""
-    before, start = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss, time.perf_counter()
+def measure_collection(out: Path, count: int) -> float:
+    """Seconds that `collect` takes for a map."""
+    start = time.perf_counter()
     with TemporaryDirectory() as folder:
         collect_batch(out, folder)
-    seconds = (time.perf_counter() - start) / count
-    return seconds, max(0, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) * 1024 / count
+    return (time.perf_counter() - start) / count
 
 
 def simulate(workers: int, seconds: np.ndarray, per_result: float) -> tuple[float, float]:

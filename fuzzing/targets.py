@@ -168,7 +168,7 @@ def list_targets(folder: Path) -> Mapping[str, Target]:
     }
     buildings = {name: Target(suffix, read_building, (text.encode(),)) for name, (suffix, text) in texts.items()}
     picture = saved["map.png"]
-    kept = frozenset(path.name for path in folder.iterdir())
+    inputs = frozenset(path.name for path in folder.iterdir())
     return {
         **buildings,
         "floor": Target(".geojson", read_floor, seeds("floor.geojson")),
@@ -193,7 +193,7 @@ def list_targets(folder: Path) -> Mapping[str, Target]:
         "corrections": Target(".json", read_corrections, seeds("corrections.json")),
         "facts": Target(".pl", read_interpretations, seeds("facts.pl")),
         "pcd": Target(".pcd", read_cloud_map, (_make_pcd(),)),
-        "commands": Target(".txt", _RunCommand(folder, kept), tuple(command.encode() for command in COMMANDS)),
+        "commands": Target(".txt", _RunCommand(folder, inputs), tuple(command.encode() for command in COMMANDS)),
     }
 
 
@@ -250,11 +250,11 @@ def _make_pcd() -> bytes:
 class _RunCommand:
     """Runs the words of a file as a command in a folder with small inputs; bytes above 127 stand for WORDS.
 
-    What a command writes is removed: a later one may read all files of the folder. kept: the names in it.
+    What a command writes is removed: a later one may read all files of the folder. inputs: the names in it.
     """
 
     folder: Path
-    kept: frozenset[str]
+    inputs: frozenset[str]
 
     def __call__(self, path: Path) -> None:
         content = path.read_bytes()[:2000]
@@ -274,7 +274,7 @@ class _RunCommand:
 
     def _remove_results(self) -> None:
         for path in self.folder.iterdir():
-            if path.name in self.kept or path.name.startswith(("input", "last_input")):
+            if path.name in self.inputs or path.name.startswith(("input", "last_input")):
                 continue
             if path.is_dir() and not path.is_symlink():
                 shutil.rmtree(path, ignore_errors=True)

@@ -326,17 +326,19 @@ class TestCollection:
         geopandas = pytest.importorskip("geopandas")
         parquet = pytest.importorskip("pyarrow.parquet")
         read(maps, tmp_path / "out")
-        whole = {name: geopandas.read_parquet(file) for name, file in pianta.collect_batch(tmp_path / "out").items()}
+        tables = {name: geopandas.read_parquet(file) for name, file in pianta.collect_batch(tmp_path / "out").items()}
         monkeypatch.setattr(geoparquet, "ROW_GROUP", row_group)
         files = pianta.collect_batch(tmp_path / "out", tmp_path / "groups")
         for name, file in files.items():
-            assert geopandas.read_parquet(file).equals(whole[name])
+            assert geopandas.read_parquet(file).equals(tables[name])
             stored = parquet.ParquetFile(file)
             described = json.loads(stored.metadata.metadata[b"geo"])["columns"]["geometry"]
-            assert described["bbox"] == pytest.approx(whole[name].total_bounds.tolist())
-            assert described["geometry_types"] == sorted(set(whole[name].geom_type))
+            assert described["bbox"] == pytest.approx(tables[name].total_bounds.tolist())
+            assert described["geometry_types"] == sorted(set(tables[name].geom_type))
             # A storey and its rooms are added at once
-            assert stored.num_row_groups == (1 if row_group == 1000 else {1: 3, 2: {"rooms": 3}.get(name, 2)}[row_group])
+            assert stored.num_row_groups == (
+                1 if row_group == 1000 else {1: 3, 2: {"rooms": 3}.get(name, 2)}[row_group]
+            )
 
     def test_results_that_are_gone_are_an_error(self, maps, tmp_path):
         read(maps, tmp_path / "out")

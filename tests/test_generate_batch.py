@@ -10,6 +10,7 @@ import pytest
 
 import pianta
 from pianta.batch import generate_batch as batch_module
+from pianta.batch.journal import Journal
 from pianta.errors import OptionError
 from pianta.evaluation.graph_sets import find_fingerprints
 from pianta.generation.type_model import TypeModel, learn_type
@@ -44,10 +45,10 @@ class TestGenerateBatch:
         parts = generate(model, 8, tmp_path / "out", seed=4)
         assert [*parts] == ["part-0001", "part-0002", "part-0003"]
         assert all(item.fault is None and item.is_new for item in parts.values())
-        written, whole = read_parts(tmp_path / "out"), pianta.generate(model, 8, seed=4)
-        assert find_fingerprints(written) == find_fingerprints(whole)
+        written, expected = read_parts(tmp_path / "out"), pianta.generate(model, 8, seed=4)
+        assert find_fingerprints(written) == find_fingerprints(expected)
         assert [graph.graph["source"] for graph in written] == [f"building-{number:06}" for number in range(1, 9)]
-        assert parts["part-0003"].description["rooms"] == [len(graph) for graph in whole[6:]]
+        assert parts["part-0003"].description["rooms"] == [len(graph) for graph in expected[6:]]
         assert (tmp_path / "out" / "part-0003" / "sheet.png").is_file()
 
     def test_what_is_done_is_not_done_again_unless_options_change(self, model, tmp_path):
@@ -77,6 +78,15 @@ class TestGenerateBatch:
         generate(model, 7, tmp_path / "out")
         with pytest.raises(OptionError, match="has 7 buildings and 4 are wanted, give as many or another folder"):
             generate(model, 4, tmp_path / "out")
+
+    def test_the_folder_of_another_command_is_refused(self, model, tmp_path):
+        with Journal(tmp_path / "journal.sqlite"):
+            pass
+        with pytest.raises(OptionError, match=r"has the journal of `pianta read`, give another output folder"):
+            generate(model, 4, tmp_path)
+        generate(model, 4, tmp_path / "out")
+        with pytest.raises(OptionError, match=r"has the journal of `pianta generate`, give another output folder"):
+            pianta.collect_batch(tmp_path / "out")
 
     def test_shards_are_parts_of_all(self, model, tmp_path):
         for shard in ("1/2", "2/2"):

@@ -66,11 +66,20 @@ class _WorkPlugin(WorkerPlugin):  # type: ignore[misc]  # of a library without t
     def setup(self, worker: Worker) -> None:
         """Keep the work in a worker, which has one thread."""
         limit_threads(1)
+        for callback in _list_profilers(worker):
+            callback.stop()
         setattr(worker, self.name, self.work)
 
     def teardown(self, worker: Worker) -> None:
         """Forget it."""
         delattr(worker, self.name)
+        for callback in _list_profilers(worker):
+            callback.start()
+
+
+def _list_profilers(worker: Worker) -> list[Any]:
+    """What samples the stack of a worker's tasks: Dask keeps an hour of it, half a megabyte for each map."""
+    return [callback for name, callback in worker.periodic_callbacks.items() if name.startswith("profile")]
 
 
 def _run_item(name: str, item: Any) -> Any:  # noqa: ANN401  # of any batch

@@ -72,10 +72,8 @@ def generate_batch(
         The folder; journal.sqlite is beside the parts.
     rooms, at_least, at_most, similar_to, keep, costs, recombine, kernel, seed
         As of `generate`.
-    jobs, only_failed, shard, time_limit, scheduler, progress
+    jobs, resume, only_failed, shard, time_limit, scheduler, progress
         As of `read_batch`, for parts instead of files.
-    resume
-        Whether parts that the journal has with these options, by this version, are not generated again.
 
     Returns
     -------
@@ -123,7 +121,7 @@ def generate_batch(
     graphs = {name: _describe_floor(options[name]) for name in ("similar_to", "keep")}
     content = dump_type_model(model).decode()
     digest = digest_options({**options, **graphs, "seed": seed, "model": content})
-    batch = Batch(target, digest, run)
+    batch = Batch(target, "generate", digest, run)
     return batch.do_all(lambda entries: _list_parts(target, count, entries), _Work(sampler, seed), progress)
 
 
@@ -168,7 +166,7 @@ def _make_item(out: Path, number: int, part: range) -> WorkItem[range]:
 
 
 def _describe_floor(floor: Floor | nx.Graph | None) -> Any:  # noqa: ANN401  # what JSON can hold
-    """What tells a floor from others, for the digest of options."""
+    """What distinguishes a floor from others, for the digest of options."""
     import networkx as nx
 
     if floor is None:

@@ -14,8 +14,9 @@ from pianta.io._files import one_line_reason, short_repr
 
 JOURNAL = "journal.sqlite"
 PATTERN = "journal*.sqlite"
+READ = "read"  # the verb of a journal, unless another is given
 APPLICATION_ID = 0x7069616E  # "pian", in the header of the file
-FORMAT = 1
+FORMAT = 2
 
 
 @dataclass(frozen=True)
@@ -46,6 +47,7 @@ class Entry:
 _CREATE = """create table if not exists entries (
     path text primary key, folder text not null, inputs text not null, options text not null, version text not null,
     seconds real not null, "group" text not null, fault text not null, description text not null)"""
+_CREATE_ABOUT = "create table if not exists about (verb text not null)"
 _RECORD = "insert or replace into entries values (?, ?, ?, ?, ?, ?, ?, ?, ?)"
 _SELECT = """select path, folder, inputs, options, version, seconds, "group", fault, description
     from entries order by path"""
@@ -54,23 +56,37 @@ _SELECT = """select path, folder, inputs, options, version, seconds, "group", fa
 class Journal:
     """The journal of one batch, which one program at a time can write.
 
+    verb: of the command whose batch it is; the journal of another one is refused.
+
     Each entry is on the disk when `record` returns. The write-ahead log has no shared memory, so that the file may lie
     on a network disk.
     """
 
-    def __init__(self, file: Path) -> None:
-        self.file = file
+    def __init__(self, file: Path, verb: str = READ) -> None:
+        self.file, self.verb = file, verb
         try:
             self._connection = sqlite3.connect(file, timeout=0, isolation_level=None)
-            self._connection.execute("pragma locking_mode = exclusive")
-            self._connection.execute("pragma journal_mode = wal")
-            self._connection.execute("pragma synchronous = full")
-            self._connection.execute("begin immediate")
-            self._check_format()
-            self._connection.execute(_CREATE)
-            self._connection.execute("commit")
         except sqlite3.Error as error:
             raise _as_option_error(file, error) from None
+        try:
+            self._open()
+        except sqlite3.Error as error:
+            self._connection.close()
+            raise _as_option_error(file, error) from None
+        except OptionError:
+            self._connection.close()
+            raise
+
+    def _open(self) -> None:
+        """Lock the file and check whose journal it is."""
+        self._connection.execute("pragma locking_mode = exclusive")
+        self._connection.execute("pragma journal_mode = wal")
+        self._connection.execute("pragma synchronous = full")
+        self._connection.execute("begin immediate")
+        self._check_format()
+        self._check_verb()
+        self._connection.execute(_CREATE)
+        self._connection.execute("commit")
 
     def _check_format(self) -> None:
         (application,), (version,) = (
@@ -82,6 +98,16 @@ class Journal:
         elif (application, version) != (APPLICATION_ID, FORMAT):
             self._connection.execute("rollback")
             raise OptionError(f"file {short_repr(self.file)} is no journal of this pianta, give another output folder")
+
+    def _check_verb(self) -> None:
+        self._connection.execute(_CREATE_ABOUT)
+        verbs = [verb for (verb,) in self._connection.execute("select verb from about")]
+        if not verbs:
+            self._connection.execute("insert into about values (?)", [self.verb])
+        elif verbs != [self.verb]:
+            self._connection.execute("rollback")
+            folder = short_repr(self.file.parent)
+            raise OptionError(f"folder {folder} has the journal of `pianta {verbs[0]}`, give another output folder")
 
     def __enter__(self) -> Self:
         return self

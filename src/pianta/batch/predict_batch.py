@@ -70,10 +70,12 @@ def predict_batch(
         Model of the building's type, from `train_type` or `load_model`.
     out
         Each floor gets a folder of its own in it, as of `pianta predict`; journal.sqlite is beside them.
-    count, seed, as_printed
+    count, seed
         As of `predict`.
     explored
         Of whole floors: this many corridors are explored, the rest is predicted, and the truth is in prediction.json.
+    as_printed
+        As of `predict`.
     jobs, resume, only_failed, shard, time_limit, scheduler, progress
         As of `read_batch`.
 
@@ -114,7 +116,9 @@ def predict_batch(
     unnamed = [_make_item(file, target) for file in files]
     names = name_folders([file.parent if file.name == FLOOR_FILE else file for file in files])
     work = _Work(FloorPredictor(model, count, seed, explored, as_printed))
-    return Batch(target, digest, run).do_all(lambda entries: name_items(unnamed, names, entries), work, progress)
+    return Batch(target, "predict", digest, run).do_all(
+        lambda entries: name_items(unnamed, names, entries), work, progress
+    )
 
 
 def list_floors(paths: Iterable[str | Path]) -> list[Path]:

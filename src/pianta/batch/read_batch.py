@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, Unpack
 
 from pianta.batch.inputs import list_inputs
-from pianta.batch.journal import Entry
+from pianta.batch.journal import READ, Entry
 from pianta.batch.run_batch import (
     Batch,
     BatchItem,
@@ -117,7 +117,7 @@ def read_batch(
     def list_items(entries: Mapping[str, Entry]) -> Iterator[WorkItem[None]]:
         return name_items(unnamed, name_folders(files), entries)
 
-    return Batch(target, digest, run, describes=describe is not None).do_all(list_items, work, progress)
+    return Batch(target, READ, digest, run, describes=describe is not None).do_all(list_items, work, progress)
 
 
 def _make_item(file: Path, out: Path) -> WorkItem[None]:

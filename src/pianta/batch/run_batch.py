@@ -120,10 +120,12 @@ class RunOptions:
 class Batch:
     """A batch in an output folder.
 
-    options: the digest of what changes results. describes: whether items without a description are done again.
+    verb: of the command. options: the digest of what changes results. describes: whether items without a description
+    are done again.
     """
 
     out: Path
+    verb: str
     options: str
     run: RunOptions
     describes: bool = True
@@ -142,7 +144,7 @@ class Batch:
         self.out.mkdir(parents=True, exist_ok=True)
         part = self.run.part
         name = JOURNAL if part is None else f"journal-{part[0]}-of-{part[1]}.sqlite"
-        with Journal(self.out / name) as journal:
+        with Journal(self.out / name, self.verb) as journal:
             if part is None:
                 remove_remains(self.out)
             entries = journal.read_entries()

@@ -64,7 +64,7 @@ class BatchFlags:
     scheduler: str | None
 
     @property
-    def given(self) -> list[str]:
+    def batch_only(self) -> list[str]:
         """Those that were given of the flags for batches alone."""
         values = {
             "--retry-failed": self.retry_failed,

@@ -124,7 +124,7 @@ def generate(
     fewest, most = _read_numbers(at_least or (), "--at-least", default=1), _read_numbers(at_most or (), "--at-most")
     room_range = None if rooms is None else read_range(rooms)
     flags = BatchFlags(jobs, resume, retry_failed, shard, time_limit, scheduler)
-    is_large = count > MAX_FLAT or flags.given or (out / JOURNAL).is_file()
+    is_large = count > MAX_FLAT or flags.batch_only or (out / JOURNAL).is_file()
     names = [] if is_large else number_outputs("building", count, out)
     type_model = read_type_model(model)
     options: _Options = {

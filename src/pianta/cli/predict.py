@@ -101,7 +101,7 @@ def predict_floor(
     quiet = check_json(json_file, quiet=quiet)
     flags = BatchFlags(jobs, resume, retry_failed, shard, time_limit, scheduler)
     predictor = FloorPredictor(read_type_model(model), count, seed, explored, as_printed)
-    if len(floors) > 1 or flags.given or _is_collection(floors[0]):
+    if len(floors) > 1 or flags.batch_only or _is_collection(floors[0]):
         if out is None:
             raise OptionError("several floors have results each, give a folder for them with -o")
         _predict_several(floors, predictor, out, flags, json_file, quiet=quiet)

@@ -266,13 +266,13 @@ def read_maps(
     extras = _Extras(clean, explain)
     extras.check(maps, method)
     named, links = _parse_building(storeys, stairs, lifts, len(maps))
-    drawn, flags = _Drawn(walls, graph), BatchFlags(jobs, resume, retry_failed, shard, time_limit, scheduler)
-    if named is None and (len(maps) > 1 or is_collection(maps[0]) or flags.given):
-        _read_several(maps, out, options, drawn, flags=flags, json_file=json_file, quiet=quiet)
+    picture, flags = _PictureOptions(walls, graph), BatchFlags(jobs, resume, retry_failed, shard, time_limit, scheduler)
+    if named is None and (len(maps) > 1 or is_collection(maps[0]) or flags.batch_only):
+        _read_several(maps, out, options, picture, flags=flags, json_file=json_file, quiet=quiet)
     elif named is None:
-        _finish([_read_one(maps[0], out, options, extras, drawn, quiet=quiet)], out, json_file, expected=1)
+        _finish([_read_one(maps[0], out, options, extras, picture, quiet=quiet)], out, json_file, expected=1)
     else:
-        storeys_read = _read_storeys(maps, out, options, named, links, drawn=drawn, flags=flags, quiet=quiet)
+        storeys_read = _read_storeys(maps, out, options, named, links, picture=picture, flags=flags, quiet=quiet)
         _finish(storeys_read, out, json_file, expected=len(maps))
 
 
@@ -300,8 +300,8 @@ def _finish(readings: Sequence[Reading], out: Path, json_file: Path | None, *, e
 
 
 @dataclass(frozen=True)
-class _Drawn:
-    """What is drawn into pictures, as of `Reading.save`."""
+class _PictureOptions:
+    """What is shown in pictures, as of `Reading.save`."""
 
     walls: bool
     graph: bool
@@ -311,7 +311,7 @@ def _read_several(
     maps: Sequence[str],
     out: Path,
     options: ReadOptions,
-    drawn: _Drawn,
+    picture: _PictureOptions,
     *,
     flags: BatchFlags,
     json_file: Path | None,
@@ -322,8 +322,8 @@ def _read_several(
         lambda progress: read_batch(
             maps,
             out=out,
-            walls=drawn.walls,
-            graph=drawn.graph,
+            walls=picture.walls,
+            graph=picture.graph,
             describe=describe_for_journal,
             progress=progress,
             **flags.arguments,
@@ -353,21 +353,21 @@ def _read_storeys(
     named: Sequence[tuple[str, float | None]],
     links: Sequence[Link],
     *,
-    drawn: _Drawn,
+    picture: _PictureOptions,
     flags: BatchFlags,
     quiet: bool,
 ) -> list[Reading]:
     """Read each file, a storey, and print a line for it; join them to a building, if all are read."""
-    if flags.given:
-        raise OptionError(f"storeys are read together, leave out {' and '.join(flags.given)}")
+    if flags.batch_only:
+        raise OptionError(f"storeys are read together, leave out {' and '.join(flags.batch_only)}")
     with counting_files(maps, quiet=quiet) as progress:
         names = [name for name, _ in named]
         results = read_all(
             maps,
             out=out,
             names=names,
-            walls=drawn.walls,
-            graph=drawn.graph,
+            walls=picture.walls,
+            graph=picture.graph,
             jobs=flags.jobs,
             progress=progress,
             **options,
@@ -444,7 +444,9 @@ class _Extras:
             check_clean_map(path, self.clean, out)
 
 
-def _read_one(path: str, out: Path, options: ReadOptions, extras: _Extras, drawn: _Drawn, *, quiet: bool) -> Reading:
+def _read_one(
+    path: str, out: Path, options: ReadOptions, extras: _Extras, picture: _PictureOptions, *, quiet: bool
+) -> Reading:
     """Read a file; print its rooms, its messages, and where the results are."""
     check_output_folder(out)
     extras.check_files(path, out)
@@ -452,7 +454,7 @@ def _read_one(path: str, out: Path, options: ReadOptions, extras: _Extras, drawn
     reading = read(path, **options)
     clean_map = reading.clean_map() if extras.clean else None
     explanation = reading.explain() if extras.explain else None
-    folders = reading.save(out, walls=drawn.walls, graph=drawn.graph)
+    folders = reading.save(out, walls=picture.walls, graph=picture.graph)
     if explanation:
         save_explanation(explanation, out / EXPLANATION)
     if clean_map and extras.clean:

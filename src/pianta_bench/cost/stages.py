@@ -79,7 +79,7 @@ def find_key(name: str) -> tuple[str, int, str]:
 def _find_function(name: str) -> Callable[..., Any]:
     parts = name.split(".")
     length = next(index for index, part in enumerate(parts) if part[0].isupper() or index == len(parts) - 1)
-    found: Any = import_module(".".join(parts[:length]))
+    value: Any = import_module(".".join(parts[:length]))
     for part in parts[length:]:
-        found = getattr(found, part)
-    return found  # type: ignore[no-any-return]
+        value = getattr(value, part)
+    return value  # type: ignore[no-any-return]
