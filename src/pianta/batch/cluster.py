@@ -115,7 +115,7 @@ def _connect(scheduler: str) -> Iterator[Client]:
     logging.getLogger("distributed").setLevel(logging.CRITICAL)
     try:
         client = Client(**where, timeout=SECONDS_TO_CONNECT, set_as_default=False)
-    except (OSError, ValueError, TypeError, KeyError) as exception:
+    except (OSError, ValueError, TypeError, KeyError, AssertionError) as exception:
         reason = one_line_reason(exception) if is_file or ":" in scheduler else "there is no such file"
         fault = f"the Dask scheduler {short_repr(scheduler)} does not answer: {reason}"
         raise OptionError(f"{fault}; give its address, such as tcp://host:8786, or its --scheduler-file") from None

@@ -76,7 +76,7 @@ def _expand(pattern: str | Path) -> list[Path]:
 
 
 def _list_folder(folder: Path) -> Iterator[Path]:
-    for name, folders, names in os.walk(folder, onerror=_refuse_folder):
+    for name, folders, names in os.walk(folder, onerror=refuse_folder):
         if FLOOR_FILE in names:
             folders.clear()
             continue
@@ -92,7 +92,8 @@ def _list_folder(folder: Path) -> Iterator[Path]:
         yield from sorted([*chosen, *(Path(name, bag) for bag in bags)])
 
 
-def _refuse_folder(error: OSError) -> None:
+def refuse_folder(error: OSError) -> None:
+    """Raise OptionError for a folder that cannot be listed."""
     raise OptionError(f"folder {short_repr(error.filename)} cannot be listed: {one_line_reason(error)}")
 
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pianta.batch.inputs import expand_patterns
+from pianta.batch.inputs import expand_patterns, refuse_folder
 from pianta.batch.run_batch import (
     Batch,
     BatchItem,
@@ -106,6 +106,8 @@ def predict_batch(
     from pianta.generation.type_model_file import dump_type_model
     from pianta.prediction.prediction import check_samples
 
+    if isinstance(paths, str | Path):
+        raise OptionError(f"paths is {short_repr(paths)}, give a list of files and folders")
     run = RunOptions(jobs, resume, only_failed, shard, time_limit, scheduler)
     check_samples(count, seed)
     files = list_floors(paths)
@@ -137,7 +139,7 @@ def list_floors(paths: Iterable[str | Path]) -> list[Path]:
 
 
 def _list_folder(folder: Path) -> Iterator[Path]:
-    for name, folders, names in os.walk(folder):
+    for name, folders, names in os.walk(folder, onerror=refuse_folder):
         folders[:] = sorted(inner for inner in folders if not inner.startswith("."))
         if FLOOR_FILE in names:
             yield Path(name, FLOOR_FILE)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import multiprocessing
 import os
+import threading
+import time
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, wait
@@ -23,6 +25,7 @@ Item = TypeVar("Item")
 Result = TypeVar("Result")
 
 MAX_TRIES = 2  # of an item whose process ended: another program may have killed it, or another item filled the memory
+PARENT_PAUSE = 0.5  # s between two looks whether the program is there
 MAX_BREAKS = 10  # in turn, of all processes, without an item that ends
 QUEUED_PER_JOB = 2  # items that are handed out, so that no process waits, and memory does not grow with the batch
 
@@ -142,7 +145,7 @@ def _open_pool(jobs: int) -> Iterator[ProcessPool]:
     pool = ProcessPool(
         max_workers=jobs,
         context=multiprocessing.get_context("spawn"),
-        initializer=limit_threads,
+        initializer=_prepare_process,
         initargs=[threads],
     )
     try:
@@ -150,6 +153,21 @@ def _open_pool(jobs: int) -> Iterator[ProcessPool]:
     finally:
         pool.stop()
         pool.join()
+
+
+def _prepare_process(threads: int) -> None:
+    """In a process: limit its threads, and end it when the program has been killed.
+
+    It would write results later, over those of the program that is started again.
+    """
+    limit_threads(threads)
+    threading.Thread(target=_end_with_parent, args=[os.getppid()], daemon=True).start()
+
+
+def _end_with_parent(parent: int) -> None:
+    while os.getppid() == parent:
+        time.sleep(PARENT_PAUSE)
+    os._exit(1)
 
 
 def limit_threads(threads: int) -> None:
