@@ -30,8 +30,7 @@ from pathlib import Path
 import numpy as np
 import psutil
 
-from pianta.batch.journal import JOURNAL
-from pianta.batch.run_batch import FAULTS
+from pianta.batch.journal import FAULTS, JOURNAL
 from pianta.reading.reading import OUTPUTS
 from pianta.worlds.floors import make_corridor_floor
 from pianta.worlds.scan import simulate_map
@@ -81,11 +80,16 @@ def make_maps(folder: Path, count: int, broken: int) -> Path:
 
 @dataclass(frozen=True)
 class Run:
-    """How maps are read. name: for the lines. start: the program, given the folder of results. readers: who reads."""
+    """How maps are read.
+
+    name: for the lines. start: the program, given the folder of results. list_readers: the processes that read, given
+    the program. replace_readers: starts new ones for those that have ended, if the program does not.
+    """
 
     name: str
     start: Callable[[Path], subprocess.Popen[bytes]]
     list_readers: Callable[[subprocess.Popen[bytes]], list[psutil.Process]]
+    replace_readers: Callable[[], None] = lambda: None
 
 
 @contextmanager
@@ -101,21 +105,34 @@ def with_jobs(maps: Path, jobs: int) -> Iterator[Run]:
 
 @contextmanager
 def on_cluster(maps: Path, workers: int) -> Iterator[Run]:
-    """Reading by the workers of a local Dask cluster, which is started before."""
+    """Reading by the workers of a local Dask cluster, programs that are started again when they end."""
     from distributed import LocalCluster
 
-    with LocalCluster(
-        n_workers=workers, threads_per_worker=1, host="127.0.0.1", dashboard_address=None, memory_limit=0
-    ) as cluster:
-
-        def list_readers(process: subprocess.Popen[bytes]) -> list[psutil.Process]:
-            children = psutil.Process().children()
-            return [
-                child for child in children if child.pid != process.pid and "spawn_main" in " ".join(child.cmdline())
-            ]
-
+    with LocalCluster(n_workers=0, host="127.0.0.1", dashboard_address=None) as cluster:
         address = cluster.scheduler_address
-        yield Run(f"{workers} workers", lambda out: start_program(maps, out, "--scheduler", address), list_readers)
+        running = [start_worker(address) for _ in range(workers)]
+
+        def replace_readers() -> None:
+            for index, worker in enumerate(running):
+                if worker.poll() is not None:
+                    running[index] = start_worker(address)
+
+        yield Run(
+            f"{workers} workers",
+            lambda out: start_program(maps, out, "--scheduler", address),
+            lambda _: [psutil.Process(worker.pid) for worker in running if worker.poll() is None],
+            replace_readers,
+        )
+        for worker in running:
+            worker.terminate()
+            worker.wait()
+
+
+def start_worker(scheduler: str) -> subprocess.Popen[bytes]:
+    """A worker of a cluster, as a program."""
+    options = ["--nthreads", "1", "--no-nanny", "--no-dashboard", "--memory-limit", "0"]
+    command = [sys.executable, "-m", "distributed.cli.dask_worker", scheduler, *options]
+    return subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
 
 
 def start_program(maps: Path, out: Path, *options: str) -> subprocess.Popen[bytes]:
@@ -157,6 +174,7 @@ def kill_batch(out: Path, kills: int, run: Run) -> None:
     done: dict[str, float] = {}
     while True:
         time.sleep(float(rng.uniform(0.5, 4)))
+        run.replace_readers()
         if process.poll() is not None:
             break
         if not left:

@@ -110,6 +110,26 @@ def test_a_file_that_a_person_changed_since_stays(tmp_path):
     assert not decided.exists()
 
 
+def test_what_is_optional_is_removed_if_it_is_not_written(tmp_path):
+    for name in ("a.txt", "b.txt", "c.txt"):
+        (tmp_path / name).write_text("old")
+    with atomic_folder(tmp_path, optional=("b.txt", "c.txt", "d.txt")) as new:
+        (new / "b.txt").write_text("new")
+    assert {file.name: file.read_text() for file in tmp_path.iterdir()} == {"a.txt": "old", "b.txt": "new"}
+
+
+def test_what_is_decided_to_be_gone_is_removed_unless_a_person_changed_it_since(tmp_path):
+    decided = tmp_path / ".pianta-done-0123456789abcdef"
+    decided.mkdir()
+    for name in ("a.txt", "b.txt"):
+        (tmp_path / name).write_text("old")
+        (decided / f".gone-{name}").touch()
+    os.utime(decided / ".gone-a.txt", (1000, 1000))
+    os.utime(tmp_path / "b.txt", (1000, 1000))
+    finish_changes(tmp_path)
+    assert [path.name for path in tmp_path.iterdir()] == ["a.txt"]
+
+
 def test_a_new_folder_appears_at_once(tmp_path):
     with atomic_folder(tmp_path / "new") as folder:
         (folder / "one.txt").write_text("1")

@@ -8,14 +8,17 @@ import subprocess
 import sys
 import time
 from collections import Counter
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
+import psutil
 import pytest
+from PIL import Image
 
 import pianta
 from pianta.batch import geoparquet, processes
-from pianta.batch.inputs import list_inputs
+from pianta.batch.inputs import expand_patterns, list_inputs
 from pianta.batch.journal import Entry, Journal, read_journals
 from pianta.batch.processes import Fault, run_items
 from pianta.errors import OptionError
@@ -75,6 +78,31 @@ class TestInputs:
             "b.yaml",
         ]
 
+    def test_what_belongs_to_a_batch_is_no_input(self, maps, tmp_path):
+        read(maps, tmp_path / "out")
+        (tmp_path / "out" / "faults").mkdir()
+        assert {path.name for path in expand_patterns([f"{tmp_path}/out/*"])} == {"a", "b", "c"}
+
+    @pytest.mark.parametrize("name", ["floor.geojson", "prediction.json", "building-0001.graphml"])
+    def test_results_are_no_inputs(self, maps, name):
+        Image.new("L", (9, 9)).save(maps / "a" / "picture.png")
+        assert maps / "a" / "picture.png" in list_inputs([maps])
+        (maps / "a" / name).write_text("")
+        assert {path.parent.name for path in list_inputs([maps])} == {"b", "c", "maps"}
+
+    def test_a_folder_that_cannot_be_listed_is_an_error(self, maps, monkeypatch):
+        scandir = os.scandir
+
+        def refuse(path: str) -> Iterator[os.DirEntry[str]]:
+            """For root, who may list every folder."""
+            if Path(path).name == "a":
+                raise PermissionError(13, "Permission denied", path)
+            return scandir(path)
+
+        monkeypatch.setattr(os, "scandir", refuse)
+        with pytest.raises(OptionError, match=r"folder '.*a' cannot be listed: Permission denied"):
+            list_inputs([maps])
+
     def test_a_name_with_brackets_is_no_pattern_if_it_exists(self, tmp_path):
         file = tmp_path / "map[1].npz"
         make_map().save(file)
@@ -132,6 +160,15 @@ class TestResume:
         assert list_new(mended) == {"broken"}
         assert mended["broken"].fault is None
 
+    def test_only_failed_does_not_mix_batches(self, maps, tmp_path):
+        with pytest.raises(OptionError, match="has no journal yet, leave it out"):
+            read(maps, tmp_path / "out", only_failed=True)
+        assert not (tmp_path / "out").exists()
+        read(maps, tmp_path / "out")
+        with pytest.raises(OptionError, match="has results with other options or of another version, give the same"):
+            read(maps, tmp_path / "out", only_failed=True, walls=True)
+        assert list_new(read(maps, tmp_path / "out", only_failed=True)) == {"broken"}
+
     def test_a_file_keeps_its_folder_when_names_repeat_later(self, maps, tmp_path):
         read(maps, tmp_path / "out")
         (maps / "d").mkdir()
@@ -152,13 +189,15 @@ class TestResume:
     def test_names_that_are_no_utf8_or_those_of_our_folders(self, tmp_path):
         maps = tmp_path / "maps"
         maps.mkdir()
-        for name in (b"\xff\xfe.npz", b"faults.npz"):
+        for name in (b"\xff\xfe.npz", b"faults.npz", b"journal.sqlite.npz", b"Journal-1-of-2.sqlite-wal.npz"):
             make_map().save(maps / "x.npz")
             os.rename(bytes(maps / "x.npz"), bytes(maps) + b"/" + name)  # noqa: PTH104 - the name is bytes
         items = [*pianta.read_batch([maps], out=tmp_path / "out", labels=False)]
-        assert {item.folder.name: item.fault for item in items} == {"\\xff\\xfe": None, "faults-2": None}
+        assert {item.folder.name: item.fault for item in items} == dict.fromkeys(
+            ("\\xff\\xfe", "faults-2", "journal.sqlite-2", "Journal-1-of-2.sqlite-wal-2")
+        )
         again = [*pianta.read_batch([maps], out=tmp_path / "out", labels=False)]
-        assert [item.is_new for item in again] == [False, False]
+        assert [item.is_new for item in again] == 4 * [False]
 
 
 def count_rooms(reading: Reading) -> int:
@@ -266,6 +305,32 @@ class TestShards:
         assert sum(map(bool, parts)) > 1
         assert len(read_journals(tmp_path / "out")) == 12
 
+    @pytest.mark.parametrize(("before", "after"), [(None, "1/3"), ("2/3", None), ("2/3", "1/4")])
+    def test_journals_that_do_not_know_each_other_are_refused(self, maps, tmp_path, before, after):
+        with Journal(
+            tmp_path / (f"journal-{before.replace('/', '-of-')}.sqlite" if before else "journal.sqlite")
+        ) as own:
+            own.record(TestJournal.ENTRY)
+        expected = "a batch without parts" if before is None else "one of 3 parts"
+        with pytest.raises(OptionError, match=f"has the journal of {expected}.* or give another folder"):
+            read(maps, tmp_path, shard=after)
+        assert len([*tmp_path.glob("journal*")]) == 1
+
+    def test_a_part_of_another_command_is_refused_also_while_it_is_written(self, maps, tmp_path):
+        with Journal(tmp_path / "journal-2-of-3.sqlite", "predict") as other:
+            other.record(TestJournal.ENTRY)
+            with pytest.raises(OptionError, match="has the journal of `pianta predict`, give another"):
+                read(maps, tmp_path, shard="1/3")
+        with Journal(tmp_path / "journal-3-of-3.sqlite"), pytest.raises(OptionError, match="`pianta predict`"):
+            read(maps, tmp_path, shard="1/3")
+
+    def test_a_part_that_is_being_read_does_not_stop_the_others(self, maps, tmp_path):
+        with Journal(tmp_path / "journal-3-of-3.sqlite"):
+            assert all(
+                item.fault is None or item.path.name == "broken.npz"
+                for item in read(maps, tmp_path, shard="1/3").values()
+            )
+
     @pytest.mark.parametrize("shard", ["0/2", "3/2", "2", "1/0", "a/b", "1/2/3", "-1/2", "1/99999999"])
     def test_impossible_parts_are_refused(self, maps, tmp_path, shard):
         with pytest.raises(OptionError, match="give 1/8 … 8/8 for eight parts"):
@@ -286,6 +351,17 @@ class TestJournal:
     def test_a_second_program_is_refused(self, tmp_path):
         with Journal(tmp_path / "journal.sqlite"), pytest.raises(OptionError, match="is in use by another pianta"):
             Journal(tmp_path / "journal.sqlite")
+
+    def test_one_without_an_entry_is_not_left(self, tmp_path):
+        with Journal(tmp_path / "journal.sqlite"):
+            pass
+        assert not [*tmp_path.iterdir()]
+        for _ in range(2):
+            with Journal(tmp_path / "journal.sqlite") as journal:
+                journal.record(self.ENTRY)
+        with Journal(tmp_path / "journal.sqlite"):
+            pass
+        assert len(read_journals(tmp_path)) == 1
 
     def test_a_damaged_journal_and_that_of_another_program_are_refused(self, tmp_path):
         (tmp_path / "journal.sqlite").write_bytes(b"SQLite format 3\0" + b"x" * 5000)
@@ -387,6 +463,32 @@ class TestCommand:
         code, out, _ = run_pianta("collect", tmp_path / "out", "-o", tmp_path / "tables")
         assert code == 0
         assert out.split() == [str(tmp_path / "tables" / f"{name}.parquet") for name in ("buildings", "rooms", "doors")]
+
+    def test_one_file_is_not_read_into_the_folder_of_a_batch(self, maps, tmp_path):
+        assert run_pianta("read", maps, "-o", tmp_path / "out", "--no-labels", "-q").code == 1
+        before = list_files(tmp_path / "out")
+        code, out, err = run_pianta("read", maps / "a" / "a.yaml", "-o", tmp_path / "out", "--no-labels")
+        assert (code, out) == (2, "")
+        assert f"has the results of a batch; give '{maps}/a/a.yaml' a folder of its own, such as -o '" in err
+        assert list_files(tmp_path / "out") == before
+
+    @pytest.mark.slow
+    @pytest.mark.parametrize("how", [signal.SIGTERM, signal.SIGKILL])
+    def test_processes_end_with_the_program(self, maps, tmp_path, how):
+        """SIGTERM, of a cluster whose time is over, leaves no warning of what was not closed either."""
+        command = [sys.executable, "-m", "pianta", "read", str(maps), "-o", str(tmp_path / "out"), "--jobs", "2"]
+        with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+            assert process.stdout is not None
+            assert process.stderr is not None
+            process.stdout.readline()
+            children = psutil.Process(process.pid).children(recursive=True)
+            process.send_signal(how)
+            gone, alive = psutil.wait_procs(children, timeout=30)
+            assert not alive
+            assert len(gone) >= 2
+            assert process.wait(30) == (128 + how if how == signal.SIGTERM else -how)
+            if how == signal.SIGTERM:
+                assert "leaked" not in process.stderr.read()
 
     @pytest.mark.slow
     def test_a_killed_batch_goes_on_where_it_was(self, tmp_path):

@@ -75,7 +75,7 @@ def maps(tmp_path):
     return folder
 
 
-def test_workers_read_what_one_process_reads(maps, tmp_path):
+def test_workers_read_what_one_process_reads(maps, tmp_path, monkeypatch):
     here = {item.path.name: item for item in pianta.read_batch([maps], out=tmp_path / "here", labels=False)}
     with cluster(tmp_path) as (file, _):
         command = [sys.executable, "-m", "pianta", "read", str(maps), "-o", "there", "--scheduler", str(file)]
@@ -86,8 +86,10 @@ def test_workers_read_what_one_process_reads(maps, tmp_path):
         assert "broken.npz" in done.stderr
         assert "3 of 4 files read" in done.stdout
         assert len(json.loads((tmp_path / "o.json").read_text())["files"]) == 3
-        again = list(pianta.read_batch([maps], out=tmp_path / "there", scheduler=str(file), labels=False))
+        monkeypatch.chdir(tmp_path)
+        again = list(pianta.read_batch([maps], out="there", scheduler=str(file), labels=False))
         assert [item.is_new for item in again] == [False, False, False, True]
+        assert {item.folder.parent for item in again} == {Path("there")}
     for name in ("a", "b", "c"):
         own, other = (tmp_path / out / name / "floor.geojson" for out in ("here", "there"))
         assert own.read_bytes() == other.read_bytes()
@@ -144,6 +146,18 @@ def test_a_scheduler_that_does_not_answer_is_one_line(maps, tmp_path, scheduler,
     monkeypatch.setattr(module, "SECONDS_TO_CONNECT", 2)
     with pytest.raises(OptionError, match="does not answer") as caught:
         list(pianta.read_batch([maps], out=tmp_path / "out", scheduler=scheduler))
+    assert "\n" not in str(caught.value)
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("content", ["", "{}", '{"address": 3}', '{"address": "inproc://x"}', "[1]"])
+def test_a_damaged_file_of_a_scheduler_is_one_line(maps, tmp_path, content, monkeypatch):
+    from pianta.batch import cluster as module
+
+    monkeypatch.setattr(module, "SECONDS_TO_CONNECT", 2)
+    (tmp_path / "scheduler.json").write_text(content)
+    with pytest.raises(OptionError, match="does not answer") as caught:
+        list(pianta.read_batch([maps], out=tmp_path / "out", scheduler=str(tmp_path / "scheduler.json")))
     assert "\n" not in str(caught.value)
 
 

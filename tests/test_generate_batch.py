@@ -10,7 +10,7 @@ import pytest
 
 import pianta
 from pianta.batch import generate_batch as batch_module
-from pianta.batch.journal import Journal
+from pianta.batch.journal import Entry, Journal
 from pianta.errors import OptionError
 from pianta.evaluation.graph_sets import find_fingerprints
 from pianta.generation.type_model import TypeModel, learn_type
@@ -76,12 +76,27 @@ class TestGenerateBatch:
 
     def test_fewer_buildings_than_are_there_are_refused(self, model, tmp_path):
         generate(model, 7, tmp_path / "out")
-        with pytest.raises(OptionError, match="has 7 buildings and 4 are wanted, give as many or another folder"):
+        fault = r"part-0002' has building-000005, which is not among 4 buildings in parts; give as many as before"
+        with pytest.raises(OptionError, match=fault):
             generate(model, 4, tmp_path / "out")
 
+    def test_buildings_that_the_journal_does_not_have_are_not_mixed_with_others(self, model, tmp_path):
+        generate(model, 7, tmp_path / "out", shard="1/1")
+        (tmp_path / "out" / "journal-1-of-1.sqlite").unlink()
+        with pytest.raises(OptionError, match="part-0002' has building-000005, which is not among 4"):
+            generate(model, 4, tmp_path / "out")
+        generate(model, 8, tmp_path / "out")
+        assert len(read_parts(tmp_path / "out")) == 8
+
+    def test_buildings_outside_parts_are_not_mixed_with_parts(self, model, tmp_path):
+        names = ["building-001", "building-002"]
+        batch_module.save_buildings(pianta.generate(model, 2), names, model, tmp_path)
+        with pytest.raises(OptionError, match="has building-001, which is not among 4 buildings in parts"):
+            generate(model, 4, tmp_path)
+
     def test_the_folder_of_another_command_is_refused(self, model, tmp_path):
-        with Journal(tmp_path / "journal.sqlite"):
-            pass
+        with Journal(tmp_path / "journal.sqlite") as journal:
+            journal.record(Entry("/a.yaml", "a", "", "", "", 1.0))
         with pytest.raises(OptionError, match=r"has the journal of `pianta read`, give another output folder"):
             generate(model, 4, tmp_path)
         generate(model, 4, tmp_path / "out")
@@ -164,6 +179,14 @@ class TestCommand:
             copies,
             where,
         ]
+
+    def test_few_buildings_are_not_written_beside_parts(self, model_file, tmp_path):
+        outcome = run_pianta("generate", model_file, "-n", 2, "-o", tmp_path, "--shard", "1/1", "-q")
+        assert outcome.code == 0, outcome.err
+        (tmp_path / "journal-1-of-1.sqlite").unlink()
+        code, out, err = run_pianta("generate", model_file, "-n", 2, "-o", tmp_path)
+        assert (code, out) == (2, "")
+        assert "has buildings in parts, part-0001; give another folder" in err
 
     def test_what_cannot_be_met_and_a_bad_folder_are_one_line(self, model_file, tmp_path):
         arguments = ("generate", model_file, "-n", 4, "--shard", "1/1", "-o")

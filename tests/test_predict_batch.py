@@ -105,11 +105,61 @@ class TestPredictBatch:
         }
 
     @pytest.mark.slow
+    def test_one_floor_is_not_predicted_into_the_folder_of_a_batch(self, floors, model, tmp_path):
+        save_type_model(model, tmp_path / "school.json")
+        predict(floors, model, tmp_path / "out")
+        command = ("predict", floors / "a", tmp_path / "school.json", "-n", 4, "-o")
+        code, out, err = run_pianta(*command, tmp_path / "out")
+        assert (code, out) == (2, "")
+        assert "has the results of a batch; give" in err
+        code, out, err = run_pianta(*command, floors / "a")
+        assert (code, out) == (2, "")
+        assert f"floor '{floors / 'a'}' is in the output folder, whose files would be replaced" in err
+
+    @pytest.mark.slow
     def test_several_floors_need_a_folder(self, floors, model, tmp_path):
         save_type_model(model, tmp_path / "school.json")
         code, printed, err = run_pianta("predict", floors / "a", floors / "b", tmp_path / "school.json")
         assert (code, printed) == (2, "")
         assert "give a folder for them with -o" in err
+
+    @pytest.mark.parametrize(
+        ("options", "fault"),
+        [
+            ({"paths": "floors"}, "paths is 'floors', give a list of files and folders"),
+            ({"model": "school.json"}, "model= is a str, give a model of train_type"),
+            ({"explored": 0}, "explored is 0, give 1 corridor or more"),
+            ({"count": 0}, "0 samples are wanted"),
+        ],
+    )
+    def test_what_fits_no_floor_is_refused_before_the_first_one(self, floors, model, tmp_path, options, fault):
+        arguments = {"paths": [floors], "model": model, **options}
+        with pytest.raises(OptionError, match=fault):
+            pianta.predict_batch(**arguments, out=tmp_path / "out")
+        assert not (tmp_path / "out").exists()
+
+    def test_results_over_a_floor_or_beside_other_samples_are_refused_before_the_first_one(
+        self, floors, model, tmp_path
+    ):
+        before = list_files(floors)
+        with pytest.raises(OptionError, match=r"a/floor.geojson' is in the output folder, whose files would be"):
+            predict(floors, model, floors)
+        assert list_files(floors) == before
+        predict(floors, model, tmp_path / "out")
+        before = list_files(tmp_path / "out")
+        with pytest.raises(OptionError, match="has other samples, sample-003, sample-004; remove them or"):
+            [*pianta.predict_batch([floors], model, out=tmp_path / "out", count=2)]
+        assert list_files(tmp_path / "out") == before
+
+    def test_a_folder_keeps_its_dots_and_the_map_of_another_floor_goes(self, floors, model, tmp_path):
+        (floors / "a").rename(floors / "house.2")
+        pianta.make_world("corridor")[1].save(floors / "house.2" / "grid.npz")
+        items = predict(floors, model, tmp_path / "out")
+        assert items["house.2"].folder.name == "house.2"
+        assert (items["house.2"].folder / "explored.npz").is_file()
+        (floors / "house.2" / "grid.npz").unlink()
+        predict(floors, model, tmp_path / "out", resume=False)
+        assert not (items["house.2"].folder / "explored.npz").exists()
 
     def test_a_whole_floor_is_explored_in_part(self, model, tmp_path):
         write_floor(make_schools()[6], tmp_path / "whole.json", building_type="school")

@@ -112,7 +112,8 @@ def _connect(scheduler: str) -> Iterator[Client]:
     is_file = "://" not in scheduler and Path(scheduler).is_file()
     where = {"scheduler_file": scheduler} if is_file else {"address": scheduler}
     # It prints tracebacks when a connection ends; what ended becomes one line
-    logging.getLogger("distributed").setLevel(logging.CRITICAL)
+    for logger in ("distributed", "distributed.client"):  # the client has a level of its own
+        logging.getLogger(logger).setLevel(logging.CRITICAL)
     try:
         client = Client(**where, timeout=SECONDS_TO_CONNECT, set_as_default=False)
     except (OSError, ValueError, TypeError, KeyError, AssertionError) as exception:

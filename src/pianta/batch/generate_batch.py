@@ -9,7 +9,6 @@ from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pianta.batch.journal import Entry
 from pianta.batch.run_batch import (
     Batch,
     BatchItem,
@@ -107,6 +106,7 @@ def generate_batch(
     check_count(count, seed)
     target = Path(out)
     check_output_folder(target)
+    check_parts(target, count)
     options: dict[str, Any] = {
         "rooms": rooms,
         "at_least": at_least,
@@ -122,7 +122,7 @@ def generate_batch(
     content = dump_type_model(model).decode()
     digest = digest_options({**options, **graphs, "seed": seed, "model": content})
     batch = Batch(target, "generate", digest, run)
-    return batch.do_all(lambda entries: _list_parts(target, count, entries), _Work(sampler, seed), progress)
+    return batch.do_all(lambda _: _list_parts(target, count), _Work(sampler, seed), progress)
 
 
 def count_repeats(parts: Iterable[BatchItem]) -> int:
@@ -147,16 +147,31 @@ def save_buildings(buildings: Sequence[nx.Graph], names: Sequence[str], model: T
         save_figure(draw_contact_sheet(buildings, schema=model.schema, fixed=kept_rooms), new / SHEET)
 
 
-def _list_parts(out: Path, count: int, entries: Mapping[str, Entry]) -> Iterator[WorkItem[range]]:
+def check_parts(out: Path, count: int) -> None:
+    """Raise OptionError for a folder that has buildings which are not among as many in parts, and would stay."""
+    wanted = {item.folder.name: set(_name_buildings(item.value)) for item in _list_parts(out, count)}
+    for folder in (out, *sorted(out.glob("part-*"))):
+        others = {file.stem for file in folder.glob("building-*.json")} - wanted.get(folder.name, set())
+        if others:
+            fault = f"folder {short_repr(folder)} has {min(others)}, which is not among {count} buildings in parts"
+            raise OptionError(f"{fault}; give as many as before, or another folder")
+
+
+def refuse_parts(out: Path) -> None:
+    """Raise OptionError for a folder that has buildings in parts."""
+    parts = sorted(folder.name for folder in out.glob("part-*") if folder.is_dir())
+    if parts:
+        raise OptionError(f"folder {short_repr(out)} has buildings in parts, {parts[0]}; give another folder")
+
+
+def _list_parts(out: Path, count: int) -> Iterator[WorkItem[range]]:
     parts = [range(first, min(first + PART, count)) for first in range(0, count, PART)]
-    items = [_make_item(out, number, part) for number, part in enumerate(parts, start=1)]
-    keys = {item.key: len(item.value) for item in items}
-    larger = [key for key, entry in entries.items() if entry.is_done and int(entry.inputs) > keys.get(key, 0)]
-    if larger:
-        total = sum(int(entry.inputs) for entry in entries.values() if entry.is_done)
-        fault = f"folder {short_repr(out)} has {total} buildings and {count} are wanted"
-        raise OptionError(f"{fault}, give as many or another folder")
-    yield from items
+    for number, part in enumerate(parts, start=1):
+        yield _make_item(out, number, part)
+
+
+def _name_buildings(numbers: Iterable[int]) -> list[str]:
+    return [f"building-{number + 1:06}" for number in numbers]
 
 
 def _make_item(out: Path, number: int, part: range) -> WorkItem[range]:
@@ -192,9 +207,8 @@ class _Work:
 
         batches = split_batches(item.value, self.sampler.max_rooms)
         buildings = [building for batch in batches for building in self.sampler.sample(batch, seed=self.seed)]
-        names = [f"building-{number + 1:06}" for number in item.value]
         model = self.sampler.model
-        save_buildings(buildings, names, model, item.folder)
+        save_buildings(buildings, _name_buildings(item.value), model, item.folder)
         return {
             "rooms": [len(building) for building in buildings],
             "copies": find_copies(buildings, [floor.graph for floor in model.floors]),

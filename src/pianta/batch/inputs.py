@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from glob import glob, has_magic
 from pathlib import Path
 
+from pianta.batch.journal import has_journal, is_reserved
 from pianta.errors import OptionError
-from pianta.io._files import one_line_reason, real_path, short_repr
+from pianta.io._files import is_folder, one_line_reason, real_path, short_repr
 from pianta.io.bags import is_bag
 from pianta.io.graphs import FLOOR_FILE
 from pianta.io.maps import JSON_SUFFIX, MAP_SUFFIXES
@@ -18,6 +19,7 @@ from pianta.plan.sheets.map_or_plan import PLAN_SUFFIXES
 
 # JSON files are read if they are given themselves: most in folders are no maps
 SUFFIXES = tuple(suffix for suffix in dict.fromkeys([*MAP_SUFFIXES, *PLAN_SUFFIXES]) if suffix != JSON_SUFFIX)
+RESULTS = (FLOOR_FILE, "prediction.json")  # in folders of results
 _IMAGE_LINE = re.compile(rb"^\s*[\"']?image[\"']?\s*:", re.MULTILINE)
 HEAD_BYTES = 65536  # of a YAML file, in which a map names its image
 
@@ -26,13 +28,13 @@ def list_inputs(paths: Iterable[str | Path]) -> list[Path]:
     """The files of maps and plans, each once, in the given order.
 
     A pattern with *, ? or [ ] stands for the files and folders that match, sorted, ** for any folders; a folder for the
-    maps and plans in it and its subfolders. Of a folder hidden files, results of `pianta read`, images that a map.yaml
-    names, and YAML files without an image are left out.
+    maps and plans in it and its subfolders. Of a folder hidden files, results of `pianta read`, `predict` and
+    `generate`, images that a map.yaml names, and YAML files without an image are left out.
     Raises OptionError, in one line, for a pattern that nothing matches and a folder without a map or plan.
     """
     files: dict[Path, Path] = {}
     for path in expand_patterns(paths):
-        inside = [*_list_folder(path)] if _is_folder(path) and not is_bag(path) else [path]
+        inside = [*_list_folder(path)] if is_folder(path) and not is_bag(path) else [path]
         if not inside:
             raise OptionError(
                 f"folder {short_repr(path)} has no map or plan, give one with a map.yaml, pictures or drawings"
@@ -45,7 +47,7 @@ def list_inputs(paths: Iterable[str | Path]) -> list[Path]:
 def is_collection(path: str | Path) -> bool:
     """Whether a path stands for several files: a folder that is no bag, or a pattern."""
     if os.path.lexists(path):
-        return _is_folder(Path(path)) and not is_bag(Path(path))
+        return is_folder(Path(path)) and not is_bag(Path(path))
     return has_magic(str(path))
 
 
@@ -57,19 +59,12 @@ def expand_patterns(paths: Iterable[str | Path]) -> list[Path]:
     return [match for pattern in paths for match in _expand(pattern)]
 
 
-def _is_folder(path: Path) -> bool:
-    """Whether a path is a folder; False for one that the system refuses, whose reader says why."""
-    try:
-        return path.is_dir()
-    except (OSError, ValueError):
-        return False
-
-
 def _expand(pattern: str | Path) -> list[Path]:
     """The paths that match a pattern; the path itself if it exists, or has no pattern."""
     if not has_magic(str(pattern)) or os.path.lexists(pattern):
         return [Path(pattern)]
-    matches = [Path(match) for match in sorted(glob(str(pattern), recursive=True))]  # noqa: PTH207 - Path.glob takes no absolute pattern
+    paths = [Path(match) for match in sorted(glob(str(pattern), recursive=True))]  # noqa: PTH207 - Path.glob takes no absolute pattern
+    matches = [path for path in paths if not (is_reserved(path.name) and has_journal(path.parent))]
     if not matches:
         raise OptionError(f"nothing matches {short_repr(pattern)}, check the pattern")
     return matches
@@ -77,7 +72,7 @@ def _expand(pattern: str | Path) -> list[Path]:
 
 def _list_folder(folder: Path) -> Iterator[Path]:
     for name, folders, names in os.walk(folder, onerror=refuse_folder):
-        if FLOOR_FILE in names:
+        if is_result_folder(names):
             folders.clear()
             continue
         bags = [inner for inner in folders if is_bag(Path(name, inner))]
@@ -90,6 +85,11 @@ def _list_folder(folder: Path) -> Iterator[Path]:
         ]
         chosen = [*maps, *(file for file in others if real_path(file) not in images)]
         yield from sorted([*chosen, *(Path(name, bag) for bag in bags)])
+
+
+def is_result_folder(names: Sequence[str]) -> bool:
+    """Whether files with these names in a folder are results of `pianta read`, `predict` or `generate`."""
+    return any(name in RESULTS or (name.startswith("building-") and name.endswith(".graphml")) for name in names)
 
 
 def refuse_folder(error: OSError) -> None:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import re
 import sqlite3
 from collections.abc import Iterator
+from contextlib import closing, suppress
 from dataclasses import astuple, dataclass
 from pathlib import Path
 from types import TracebackType
@@ -14,6 +16,9 @@ from pianta.io._files import one_line_reason, short_repr
 
 JOURNAL = "journal.sqlite"
 PATTERN = "journal*.sqlite"
+FAULTS = "faults"  # the folder of reports on what was unforeseen, beside it
+SUFFIXES = ("", "-wal", "-shm", "-journal")  # of a journal, and of what SQLite writes beside it
+_NAME = re.compile(r"journal(?:-(?P<number>[0-9]+)-of-(?P<total>[0-9]+))?\.sqlite")
 READ = "read"  # the verb of a journal, unless another is given
 APPLICATION_ID = 0x7069616E  # "pian", in the header of the file
 FORMAT = 2
@@ -56,7 +61,8 @@ _SELECT = """select path, folder, inputs, options, version, seconds, "group", fa
 class Journal:
     """The journal of one batch, which one program at a time can write.
 
-    verb: of the command whose batch it is; the journal of another one is refused.
+    verb: of the command whose batch it is; the journal of another one is refused. A new journal without an entry is
+    removed at the end.
 
     Each entry is on the disk when `record` returns. The write-ahead log has no shared memory, so that the file may lie
     on a network disk.
@@ -64,6 +70,7 @@ class Journal:
 
     def __init__(self, file: Path, verb: str = READ) -> None:
         self.file, self.verb = file, verb
+        self._is_new = not file.exists()
         try:
             self._connection = sqlite3.connect(file, timeout=0, isolation_level=None)
         except sqlite3.Error as error:
@@ -87,6 +94,8 @@ class Journal:
         self._check_verb()
         self._connection.execute(_CREATE)
         self._connection.execute("commit")
+        # Programs with another part of the batch read whose journal it is while this one writes
+        self._connection.execute("pragma wal_checkpoint(truncate)")
 
     def _check_format(self) -> None:
         (application,), (version,) = (
@@ -106,8 +115,7 @@ class Journal:
             self._connection.execute("insert into about values (?)", [self.verb])
         elif verbs != [self.verb]:
             self._connection.execute("rollback")
-            folder = short_repr(self.file.parent)
-            raise OptionError(f"folder {folder} has the journal of `pianta {verbs[0]}`, give another output folder")
+            raise _is_of(verbs[0], self.file.parent)
 
     def __enter__(self) -> Self:
         return self
@@ -115,7 +123,16 @@ class Journal:
     def __exit__(
         self, _type: type[BaseException] | None, _error: BaseException | None, _traceback: TracebackType | None
     ) -> None:
+        is_unused = self._is_new and not self._has_entries()
         self._connection.close()
+        if is_unused:
+            remove_journal(self.file)
+
+    def _has_entries(self) -> bool:
+        try:
+            return self._connection.execute("select 1 from entries").fetchone() is not None
+        except sqlite3.Error:
+            return True
 
     def read_entries(self) -> dict[str, Entry]:
         """The last entry of each file, by its path."""
@@ -130,6 +147,64 @@ class Journal:
             self._connection.execute(_RECORD, astuple(entry))
         except sqlite3.Error as error:
             raise _as_option_error(self.file, error) from None
+
+
+def name_journal(part: tuple[int, int] | None) -> str:
+    """The file name of the journal of a batch; part: the number of the part and of all parts, None without parts."""
+    return JOURNAL if part is None else f"journal-{part[0]}-of-{part[1]}.sqlite"
+
+
+def has_journal(folder: Path) -> bool:
+    """Whether a folder has the journal of a batch, or of a part of one."""
+    return any(_NAME.fullmatch(file.name) for file in folder.glob(PATTERN))
+
+
+def is_reserved(name: str) -> bool:
+    """Whether a name in the folder of a batch is that of a journal, of what SQLite writes beside it, or of reports."""
+    folded = name.casefold()
+    return folded == FAULTS or any(_NAME.fullmatch(folded.removesuffix(suffix)) for suffix in SUFFIXES)
+
+
+def remove_journal(file: Path) -> None:
+    """Remove a journal."""
+    for suffix in SUFFIXES:
+        file.with_name(file.name + suffix).unlink(missing_ok=True)
+
+
+def check_journals(folder: Path, part: tuple[int, int] | None, verb: str) -> None:
+    """Raise OptionError if a folder has journals that do not know that of a batch, or those of another command.
+
+    part: as of `name_journal`. Only other parts of the same number fit.
+    """
+    for file in sorted(folder.glob(PATTERN)):
+        match = _NAME.fullmatch(file.name)
+        total = match and match["total"]
+        if not match or file.name == name_journal(part):
+            continue
+        if total is None:
+            fault = f"the journal of a batch without parts, {JOURNAL}; leave out shard=,"
+        elif part is None or int(total) != part[1]:
+            fault = f"the journal of one of {total} parts, {file.name}; give shard= of as many,"
+        else:
+            other = _read_verb(file)
+            if other not in {None, verb}:
+                raise _is_of(str(other), folder)
+            continue
+        raise OptionError(f"folder {short_repr(folder)} has {fault} or give another folder")
+
+
+def _read_verb(file: Path) -> str | None:
+    """Whose journal a file is, which another program may be writing; None if unknown."""
+    with (
+        suppress(sqlite3.Error),
+        closing(sqlite3.connect(f"{file.absolute().as_uri()}?immutable=1", uri=True)) as open_,
+    ):
+        return next((str(verb) for (verb,) in open_.execute("select verb from about")), None)
+    return None
+
+
+def _is_of(verb: str, folder: Path) -> OptionError:
+    return OptionError(f"folder {short_repr(folder)} has the journal of `pianta {verb}`, give another output folder")
 
 
 def read_journals(folder: Path) -> list[Entry]:

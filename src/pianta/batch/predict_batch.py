@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import os
 import warnings
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from pianta._arguments import check_argument
 from pianta.batch.inputs import expand_patterns, refuse_folder
+from pianta.batch.journal import Entry
 from pianta.batch.run_batch import (
     Batch,
     BatchItem,
@@ -39,7 +41,7 @@ if TYPE_CHECKING:
 
 PREDICTION = "prediction.json"
 PICTURE = "picture.png"
-EXPLORED_STEM = "explored"  # of the explored floor and its map, for `pianta view`
+EXPLORED = ("explored.geojson", "explored.npz")  # the explored floor and its map, for `pianta view`
 GRID = "grid.npz"  # the map in a folder that `pianta read` has written
 
 
@@ -103,13 +105,17 @@ def predict_batch(
     >>> for item in pianta.predict_batch(["buildings"], model, out="predicted", jobs=4):  # doctest: +SKIP
     ...     print(item.path, item.fault or item.description["rooms"]["mean"])
     """
+    from pianta.generation.type_model import TypeModel
     from pianta.generation.type_model_file import dump_type_model
     from pianta.prediction.prediction import check_samples
 
     if isinstance(paths, str | Path):
         raise OptionError(f"paths is {short_repr(paths)}, give a list of files and folders")
+    check_argument(model, (TypeModel,), "model", "a model of train_type or load_model")
     run = RunOptions(jobs, resume, only_failed, shard, time_limit, scheduler)
     check_samples(count, seed)
+    if explored is not None and explored < 1:
+        raise OptionError(f"explored is {explored}, give 1 corridor or more")
     files = list_floors(paths)
     target = Path(out)
     check_output_folder(target)
@@ -118,9 +124,27 @@ def predict_batch(
     unnamed = [_make_item(file, target) for file in files]
     names = name_folders([file.parent if file.name == FLOOR_FILE else file for file in files])
     work = _Work(FloorPredictor(model, count, seed, explored, as_printed))
-    return Batch(target, "predict", digest, run).do_all(
-        lambda entries: name_items(unnamed, names, entries), work, progress
-    )
+
+    def list_items(entries: Mapping[str, Entry]) -> Iterator[WorkItem[None]]:
+        for item in name_items(unnamed, names, entries):
+            name_samples(item.path, count, item.folder)
+            yield item
+
+    return Batch(target, "predict", digest, run).do_all(list_items, work, progress)
+
+
+def name_samples(floor: Path, count: int, out: Path) -> list[str]:
+    """Names of the sampled floors in the folder of a prediction.
+
+    Raises OptionError if the folder has others, or the floor lies in it and it or its picture would be replaced.
+    """
+    names = number_outputs("sample", count, out)
+    results = {PREDICTION, PICTURE, *EXPLORED, *(f"{name}.json" for name in names)}
+    is_inside = real_path(floor if floor.is_dir() else floor.parent) == real_path(out)
+    if is_inside and (floor.is_dir() or floor.name == FLOOR_FILE or floor.name in results):
+        fault = f"floor {short_repr(floor)} is in the output folder, whose files would be replaced"
+        raise OptionError(f"{fault}; give another folder")
+    return names
 
 
 def list_floors(paths: Iterable[str | Path]) -> list[Path]:
@@ -163,7 +187,7 @@ class _Work:
     def _predict(self, item: WorkItem[None]) -> dict[str, Any]:
         from pianta.prediction.prediction_file import describe_prediction
 
-        names = number_outputs("sample", self.predictor.count, item.folder)
+        names = name_samples(item.path, self.predictor.count, item.folder)
         predicted = self.predictor.predict(item.path)
         predicted.save(names, item.folder)
         content = describe_prediction(predicted.prediction, predicted.model.building_type)
@@ -222,13 +246,13 @@ class PredictedFloor:
 
         building_type = self.model.building_type
         explored, grid = self._read_known_part()
-        with atomic_folder(out) as new:
+        with atomic_folder(out, optional=EXPLORED) as new:
             save_prediction(self.prediction, new / PREDICTION, building_type=building_type, truth=self.truth)
             save_figure(draw_prediction(self.prediction, truth=self.truth), new / PICTURE)
             if explored.rooms:
-                save_floor(explored, new / f"{EXPLORED_STEM}.geojson")
+                save_floor(explored, new / EXPLORED[0])
                 if grid is not None:
-                    grid.save(new / f"{EXPLORED_STEM}.npz")
+                    grid.save(new / EXPLORED[1])
             for name, sample in zip(names, self.prediction.samples, strict=True):
                 graph = name_rooms(sample, self.prediction)
                 graph.graph.update(source=name, building_type=building_type)

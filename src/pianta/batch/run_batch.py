@@ -13,14 +13,13 @@ from types import ModuleType
 from typing import Any, Generic, TypeVar
 
 from pianta import __version__
-from pianta.batch.journal import JOURNAL, Entry, Journal
+from pianta.batch.journal import FAULTS, Entry, Journal, check_journals, is_reserved, name_journal
 from pianta.batch.processes import Fault, Outcome, run_items
 from pianta.errors import OptionError, PiantaError
 from pianta.io._files import as_utf8, atomic_file, short_repr
-from pianta.io._folders import remove_remains
+from pianta.io._folders import new_folder, remove_remains
 from pianta.reading.read import MAX_JOBS
 
-FAULTS = "faults"  # the folder of reports on what was unforeseen
 NO_DESCRIPTION = "null"  # JSON
 UNFORESEEN = ("time", "killed", "memory", "unforeseen")  # groups of faults whose message does not name the item
 _SHARD = re.compile(r"([1-9][0-9]{0,5})/([1-9][0-9]{0,5})")
@@ -141,10 +140,8 @@ class Batch:
         list_items: the items, given the last entry of each one in the journal by its key. work: a function of a module,
         which writes the results of an item. progress: takes the number of items that are done, and of all.
         """
-        self.out.mkdir(parents=True, exist_ok=True)
         part = self.run.part
-        name = JOURNAL if part is None else f"journal-{part[0]}-of-{part[1]}.sqlite"
-        with Journal(self.out / name, self.verb) as journal:
+        with new_folder(self.out), self._open_journal(part) as journal:
             if part is None:
                 remove_remains(self.out)
             entries = journal.read_entries()
@@ -153,7 +150,7 @@ class Batch:
             keys = {item.key for item in done}
             left = [item for item in items if item.key not in keys]
             if self.run.only_failed:
-                left = [item for item in left if item.key in entries and not entries[item.key].is_done]
+                left = self._choose_failed(left, entries)
             report = progress or (lambda _done, _all: None)
             report(0, len(left))
             for item in done:
@@ -165,6 +162,21 @@ class Batch:
                 for warning in outcome.result.warnings if outcome.result else ():
                     warnings.warn(warning, stacklevel=2)
                 yield self._describe_entry(outcome.item, entry, is_new=True)
+
+    def _open_journal(self, part: tuple[int, int] | None) -> Journal:
+        check_journals(self.out, part, self.verb)
+        return Journal(self.out / name_journal(part), self.verb)
+
+    def _choose_failed(self, left: Sequence[WorkItem[Value]], entries: Mapping[str, Entry]) -> list[WorkItem[Value]]:
+        """The items that have failed. Raises OptionError if they would not fit to those that are done."""
+        folder = short_repr(self.out)
+        if left and not entries:
+            raise OptionError(f"only_failed= and folder {folder} has no journal yet, leave it out")
+        before = [entries[item.key] for item in left if item.key in entries]
+        if any((entry.options, entry.version) != (self.options, __version__) for entry in before):
+            fault = f"only_failed= and folder {folder} has results with other options or of another version"
+            raise OptionError(f"{fault}, give the same options, or leave it out and all are done again")
+        return [item for item in left if item.key in entries and not entries[item.key].is_done]
 
     def _is_done(self, item: WorkItem[Value], entry: Entry | None) -> bool:
         """Whether an item was done as it is, with these options, and its results are there."""
@@ -218,7 +230,8 @@ def run_anywhere(
     absolute = [replace(item, path=item.path.absolute(), folder=item.folder.absolute()) for item in items]
     outcomes: Iterator[Outcome[WorkItem[Value], WorkResult]]
     outcomes = import_cluster().run_on_cluster(work, absolute, scheduler=run.scheduler)
-    return outcomes
+    relative = {item.key: item for item in items}
+    return (replace(outcome, item=relative[outcome.item.key]) for outcome in outcomes)
 
 
 def name_items(
@@ -228,13 +241,13 @@ def name_items(
 
     items: with the output folder as `folder`. names: that they should have.
     """
-    owners = {FAULTS: "", **{entry.folder.casefold(): key for key, entry in entries.items()}}
+    owners = {entry.folder.casefold(): key for key, entry in entries.items()}
     for item, short_name in zip(items, names, strict=True):
         name = as_utf8(short_name)
         entry = entries.get(item.key)
         folder = entry.folder if entry else name
         number = 1
-        while owners.get(folder.casefold(), item.key) != item.key:
+        while is_reserved(folder) or owners.get(folder.casefold(), item.key) != item.key:
             number += 1
             folder = f"{name}-{number}"
         owners[folder.casefold()] = item.key

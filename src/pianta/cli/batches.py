@@ -3,18 +3,24 @@
 from __future__ import annotations
 
 import gc
+import signal
+import sys
+import threading
 from collections import Counter
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Annotated, TypedDict
 
 import typer
 
+from pianta.batch.journal import has_journal
 from pianta.batch.run_batch import BatchItem, Progress
 from pianta.cli.terminal import counting_batch, print_error, print_result
-from pianta.errors import PiantaError
-from pianta.io._files import count_noun
-from pianta.reading.read import MAX_JOBS
+from pianta.errors import OptionError, PiantaError
+from pianta.io._files import count_noun, short_repr
+from pianta.reading.read import MAX_JOBS, name_folders
 
 GARBAGE_THRESHOLD = 700  # new objects after which Python collects garbage, its own default
 
@@ -112,7 +118,7 @@ def run_batch(
     # Garbage of hours would fill the memory with the threshold that __main__ sets for short commands
     gc.set_threshold(GARBAGE_THRESHOLD)
     items: list[BatchItem] = []
-    with counting_batch(noun=f"{words.noun}s", quiet=quiet) as (progress, add_failure):
+    with ending_by_signal(), counting_batch(noun=f"{words.noun}s", quiet=quiet) as (progress, add_failure):
         for item in start(progress):
             items.append(keep(item))
             if item.fault is not None:
@@ -124,6 +130,26 @@ def run_batch(
     if not quiet:
         _print_counts(items, words)
     return items
+
+
+@contextmanager
+def ending_by_signal() -> Iterator[None]:
+    """A block that SIGTERM, of a cluster whose time is over, ends as Ctrl+C does: with its processes."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.signal(signal.SIGTERM, lambda number, _: sys.exit(128 + number))
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
+
+
+def refuse_batch(out: Path, path: str) -> None:
+    """Raise OptionError for a folder with the results of a batch, in which those of one file would be lost."""
+    if has_journal(out):
+        fault = f"folder {short_repr(out)} has the results of a batch; give {short_repr(path)} a folder of its own"
+        raise OptionError(f"{fault}, such as -o {short_repr(out / name_folders([path])[0])}")
 
 
 def exit_if_any_failed(items: list[BatchItem]) -> None:

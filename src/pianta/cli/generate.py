@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Annotated, TypedDict
 
 import typer
 
-from pianta.batch.generate_batch import SHEET, count_repeats, generate_batch, save_buildings
-from pianta.batch.journal import JOURNAL
+from pianta.batch.generate_batch import SHEET, count_repeats, generate_batch, refuse_parts, save_buildings
+from pianta.batch.journal import has_journal
 from pianta.cli.batches import (
     BatchFlags,
     BatchWords,
@@ -124,8 +124,8 @@ def generate(
     fewest, most = _read_numbers(at_least or (), "--at-least", default=1), _read_numbers(at_most or (), "--at-most")
     room_range = None if rooms is None else read_range(rooms)
     flags = BatchFlags(jobs, resume, retry_failed, shard, time_limit, scheduler)
-    is_large = count > MAX_FLAT or flags.batch_only or (out / JOURNAL).is_file()
-    names = [] if is_large else number_outputs("building", count, out)
+    is_large = count > MAX_FLAT or flags.batch_only or has_journal(out)
+    names = [] if is_large else _number_buildings(count, out)
     type_model = read_type_model(model)
     options: _Options = {
         "rooms": room_range,
@@ -145,6 +145,13 @@ def generate(
     save_buildings(buildings, names, type_model, out)
     if not quiet:
         _print_buildings(buildings, type_model, out)
+
+
+def _number_buildings(count: int, out: Path) -> list[str]:
+    """Names of buildings in a folder. Raises OptionError if it has others."""
+    names = number_outputs("building", count, out)
+    refuse_parts(out)
+    return names
 
 
 class _Options(TypedDict):

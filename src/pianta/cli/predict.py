@@ -11,7 +11,7 @@ import typer
 from rich.table import Table
 
 from pianta.batch.inputs import is_collection
-from pianta.batch.predict_batch import PICTURE, PREDICTION, FloorPredictor, predict_batch
+from pianta.batch.predict_batch import PICTURE, PREDICTION, FloorPredictor, name_samples, predict_batch
 from pianta.batch.run_batch import BatchItem
 from pianta.cli.batches import (
     BatchFlags,
@@ -23,6 +23,7 @@ from pianta.cli.batches import (
     Shard,
     TimeLimit,
     exit_if_any_failed,
+    refuse_batch,
     run_batch,
 )
 from pianta.cli.json_output import Json, check_json, write_json
@@ -107,7 +108,9 @@ def predict_floor(
         _predict_several(floors, predictor, out, flags, json_file, quiet=quiet)
         return
     floor = Path(floors[0])
-    names = number_outputs("sample", count, out)
+    if out is not None:
+        refuse_batch(out, floors[0])
+    names = number_outputs("sample", count, None) if out is None else name_samples(floor, count, out)
     with nullcontext() if quiet else stderr.status(f"sampling {count} floors"):
         predicted = predictor.predict(floor)
     prediction, truth = predicted.prediction, predicted.truth

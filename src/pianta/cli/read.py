@@ -22,6 +22,7 @@ from pianta.cli.batches import (
     Shard,
     TimeLimit,
     exit_if_any_failed,
+    refuse_batch,
     run_batch,
 )
 from pianta.cli.json_output import Json, check_json, describe_readings, write_json
@@ -449,6 +450,7 @@ def _read_one(
 ) -> Reading:
     """Read a file; print its rooms, its messages, and where the results are."""
     check_output_folder(out)
+    refuse_batch(out, path)
     extras.check_files(path, out)
     check_corrections(out, options["previous"])
     reading = read(path, **options)

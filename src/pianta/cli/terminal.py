@@ -34,8 +34,8 @@ OWN_WARNINGS = (MapWarning, BuildingWarning, PlanWarning)
 
 # Arguments of functions whose flags have the same names.
 SAME_NAMES = (
-    "building_model density earlier jobs max_cells message method page people port previous resolution shut symbols "
-    "time_limit topic trust_thresholds words"
+    "building_model density earlier jobs max_cells message method page people port previous resolution shard shut "
+    "symbols time_limit topic trust_thresholds words"
 )
 # Messages of the library name arguments of functions; these are their flags.
 FLAGS = {
@@ -53,6 +53,7 @@ FLAGS = {
     "schema=": "--labels",
     "exits=": "--exit",
     "scheduler=": "--scheduler",
+    "only_failed=": "--retry-failed",
     "explored=": "--explored",
     "georeference=": "--georeference FILE",
     **{f"{name}=": f"--{name.replace('_', '-')}" for name in SAME_NAMES.split()},

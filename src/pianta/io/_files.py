@@ -132,6 +132,14 @@ def real_path(path: str | Path) -> Path:
     return Path(os.path.realpath(path))
 
 
+def is_folder(path: Path) -> bool:
+    """Whether a path is a folder; False for one that the system refuses, whose reader says why."""
+    try:
+        return path.is_dir()
+    except (OSError, ValueError):
+        return False
+
+
 def count_noun(number: int, noun: str) -> str:
     """A number with its noun: "1 room", "2 rooms"."""
     return f"{number} {noun}{'s' * (number != 1)}"

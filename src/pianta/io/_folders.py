@@ -7,7 +7,7 @@ import re
 import signal
 import threading
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from hashlib import sha256
 from itertools import count
@@ -19,6 +19,7 @@ from pianta.errors import OptionError, PiantaError
 from pianta.io._files import find_output_fault, one_line_reason, short_repr
 
 MAX_LISTED = 3  # older outputs in a message
+GONE = ".gone-"  # before the name of a file that is to be removed
 _DECIDED = re.compile(r"\.pianta-done-[0-9a-f]{16}")  # whose files are to be moved
 _TEMPORARY = re.compile(r"\.pianta-[0-9a-f]{16}")
 
@@ -39,12 +40,30 @@ def check_output_folder(folder: Path) -> None:
 
 
 @contextmanager
-def atomic_folder(folder: Path) -> Iterator[Path]:
+def new_folder(folder: Path) -> Iterator[None]:
+    """A block for which a folder is created, with its parents; those that are empty after it are removed again."""
+    new_folders = [path for path in (folder, *folder.parents) if not path.exists()]
+    folder.mkdir(parents=True, exist_ok=True)
+    try:
+        yield
+    finally:
+        _remove_empty(new_folders)
+
+
+def _remove_empty(folders: Sequence[Path]) -> None:
+    for folder in folders:
+        with suppress(OSError):  # not empty, or not there
+            folder.rmdir()
+
+
+@contextmanager
+def atomic_folder(folder: Path, *, optional: Sequence[str] = ()) -> Iterator[Path]:
     """A temporary folder; if the block succeeds, its files move into `folder`, over older files of the same names.
 
     If the block fails, even by KeyboardInterrupt, `folder` stays as it was, or is not created. A new folder appears
     with all its files at once. In one that is there the files change together, too: the renaming of the temporary
     folder decides that they change, and if the process is killed while they move, `finish_changes` moves the others.
+    optional: names of files that are removed from `folder` if the block does not write them.
 
     Raises PiantaError, in one line, for every OSError of the block and if a folder has the name of a file.
     """
@@ -65,15 +84,16 @@ def atomic_folder(folder: Path) -> Iterator[Path]:
                 fault = find_output_fault(folder / file.name, remedy="give another output folder")
                 if fault:
                     raise PiantaError(f"cannot write {short_repr(folder / file.name)}: it {fault}")
+            for name in optional:
+                if not (temporary / name).exists() and (folder / name).is_file():
+                    (temporary / f"{GONE}{name}").touch()
             with _without_interrupts():
                 decided = temporary.rename(folder / f".pianta-done-{token_hex(8)}")
                 _move_all(decided, folder)
     except OSError as exception:
         raise PiantaError(f"cannot write into {short_repr(folder)}: {one_line_reason(exception)}") from exception
     finally:
-        for path in new_folders:
-            with suppress(OSError):  # not empty if the block succeeded
-                path.rmdir()
+        _remove_empty(new_folders)
 
 
 def finish_changes(folder: Path) -> None:
@@ -84,17 +104,25 @@ def finish_changes(folder: Path) -> None:
                 continue
             for file in decided.iterdir():
                 with suppress(FileNotFoundError):
-                    if (folder / file.name).stat().st_mtime_ns > file.stat().st_mtime_ns:
+                    target = folder / file.name.removeprefix(GONE)
+                    if target.stat().st_mtime_ns > file.stat().st_mtime_ns:
                         file.unlink()
             _move_all(decided, folder)
 
 
 def _move_all(decided: Path, folder: Path) -> None:
-    """Move the files of a folder into another one, and remove the folder; another process may do the same."""
+    """Move the files of a folder into another one, and remove the folder; another process may do the same.
+
+    A file .gone-NAME removes NAME.
+    """
     with suppress(FileNotFoundError):
         for file in sorted(decided.iterdir()):
             with suppress(FileNotFoundError):
-                file.replace(folder / file.name)
+                if file.name.startswith(GONE):
+                    (folder / file.name.removeprefix(GONE)).unlink(missing_ok=True)
+                    file.unlink()
+                else:
+                    file.replace(folder / file.name)
         decided.rmdir()
 
 
@@ -232,11 +260,16 @@ def number_outputs(stem: str, total: int, out: Path | None) -> list[str]:
     if out is None:
         return names
     check_output_folder(out)
+    check_other_outputs(stem, names, out)
+    return names
+
+
+def check_other_outputs(stem: str, names: Iterable[str], out: Path) -> None:
+    """Raise OptionError, in one line, for a folder with STEM files of other names, which would stay."""
     others = {file.stem for file in out.glob(f"{stem}-*.*")} - set(names) if out.is_dir() else set()
     if others:
         listed = ", ".join(sorted(others)[:MAX_LISTED]) + (", …" if len(others) > MAX_LISTED else "")
         raise OptionError(f"folder {short_repr(out)} has other {stem}s, {listed}; remove them or give another folder")
-    return names
 
 
 def choose_names(short: Sequence[str], long: Sequence[str]) -> list[str]:

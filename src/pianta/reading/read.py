@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Unpack
 
 from pianta.errors import OptionError, PiantaError
 from pianta.floor import Floor
-from pianta.io._files import MAX_CELLS, short_repr
+from pianta.io._files import MAX_CELLS, is_folder, short_repr
 from pianta.io._folders import check_output_folder, choose_names
 from pianta.io.bags import Message
 from pianta.layout.parameters import Parameters
@@ -253,10 +253,13 @@ def read_all(
 
 
 def name_folders(paths: Sequence[str | Path]) -> list[str]:
-    """A folder name for each file, all different: its stem; where stems repeat its folder and stem; then a number."""
+    """A folder name for each file, all different: its stem; where stems repeat its folder and stem; then a number.
+
+    A folder has no stem: its name may have dots.
+    """
     files = [Path(path).absolute() for path in paths]
     # A file can be called "...yaml", and its stem is the parent folder.
-    stems = [file.stem.lstrip(".") or "map" for file in files]
+    stems = [(file.name if is_folder(file) else file.stem).lstrip(".") or "map" for file in files]
     with_folders = [f"{file.parent.name}-{stem}".lstrip("-.") for file, stem in zip(files, stems, strict=True)]
     return choose_names(stems, with_folders)
 

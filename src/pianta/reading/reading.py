@@ -38,6 +38,7 @@ OUTPUTS = ("floor.geojson", "rooms.png", "graph.json", "picture.png", "grid.npz"
 PAPER = "paper.png"
 # The floor as it was read, if it has corrections.
 UNCORRECTED = "uncorrected.geojson"
+OPTIONAL = (PAPER, UNCORRECTED)
 # The picture of an explanation, beside them.
 EXPLANATION = "explain.png"
 
@@ -233,7 +234,8 @@ class Reading:
                 else:
                     _check_corrections_stayed(target, storey.previous_corrections)
             for storey, target in zip(self.storeys, folders, strict=True):
-                self._write(storey, together.enter_context(atomic_folder(target)), walls=walls, graph=graph)
+                new = together.enter_context(atomic_folder(target, optional=OPTIONAL))
+                self._write(storey, new, walls=walls, graph=graph)
             if len(self.storeys) > 1:
                 save_building_file(self.building, together.enter_context(atomic_folder(Path(folder))) / BUILDING_FILE)
         return folders
