@@ -138,7 +138,8 @@ def start_worker(scheduler: str) -> subprocess.Popen[bytes]:
 def start_program(maps: Path, out: Path, *options: str) -> subprocess.Popen[bytes]:
     """The program that reads the maps."""
     command = [sys.executable, "-m", "pianta", "read", str(maps), "-o", str(out), *options, "-q"]
-    return subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    with out.with_suffix(".log").open("w") as log:
+        return subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=log)
 
 
 def time_batch(maps: Path, out: Path, run: Run) -> float:
@@ -176,6 +177,8 @@ def kill_batch(out: Path, kills: int, run: Run) -> None:
         time.sleep(float(rng.uniform(0.5, 4)))
         run.replace_readers()
         if process.poll() is not None:
+            if process.returncode not in {0, 1}:
+                sys.stdout.write(f"ended with {process.returncode}, see {out.with_suffix('.log')}\n")
             break
         if not left:
             continue

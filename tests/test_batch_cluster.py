@@ -109,6 +109,35 @@ def test_a_worker_that_is_killed_loses_nothing(maps, tmp_path):
     assert names == ["a.npz", "b.npz", "c.npz"]
 
 
+# Works on one item: writes that it has begun, and after seconds that it has ended; its outcome is what it saw first
+SLOW_PROGRAM = """
+import sys, time
+from pathlib import Path
+from pianta.batch.cluster import run_on_cluster
+def work(item):
+    seen = sorted(file.name for file in Path(item).glob("*.mark"))
+    (Path(item) / f"begun-{time.time()}.mark").touch()
+    time.sleep(4)
+    (Path(item) / f"ended-{time.time()}.mark").touch()
+    return seen
+for outcome in run_on_cluster(work, [sys.argv[1]], scheduler=sys.argv[2], batch="slow"):
+    print([name.partition("-")[0] for name in outcome.result])
+"""
+
+
+def test_what_a_killed_program_has_begun_is_not_written_over_newer_results(tmp_path):
+    marks = tmp_path / "marks"
+    marks.mkdir()
+    with cluster(tmp_path, workers=2) as (file, _):
+        command = [sys.executable, "-c", SLOW_PROGRAM, str(marks), str(file)]
+        with subprocess.Popen(command) as first:
+            while not any(marks.iterdir()):
+                time.sleep(0.05)
+            first.kill()
+        second = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert second.stdout.strip() == "['begun', 'ended']"
+
+
 def test_a_scheduler_that_ends_is_one_line(maps, tmp_path):
     import psutil
 

@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 import logging
+import time
+from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
+from itertools import islice
+from math import inf
 from pathlib import Path
 from secrets import token_hex
 from typing import Any, TypeVar
@@ -20,34 +24,40 @@ Item = TypeVar("Item")
 Result = TypeVar("Result")
 
 SECONDS_TO_CONNECT = 20
+MAX_TRIES = 5  # of a call to all workers, which fails if one of them ends meanwhile
+PAUSE = 0.5  # s between two of them
+SECONDS_TO_END = 600  # for what workers still do for a program that was killed
+
+# On a worker: how many items of each batch it works on; those of a killed program, too
+_running: Counter[str] = Counter()
 
 
 def run_on_cluster(
-    work: Callable[[Item], Result], items: Sequence[Item], *, scheduler: str
+    work: Callable[[Item], Result], items: Sequence[Item], *, scheduler: str, batch: str = ""
 ) -> Iterator[Outcome[Item, Result]]:
     """The outcome of each item, in the order in which they end.
 
-    scheduler: the address of a Dask scheduler, such as tcp://host:8786, or the file that it has written. A worker that
-    ends is replaced by Dask, and its item runs on another one; if it ends several workers, it has failed.
+    scheduler: the address of a Dask scheduler, such as tcp://host:8786, or the file that it has written. batch: a name.
+    What workers still do for a killed program of the same batch is waited for: its results would replace newer ones.
+    Workers may come and go. The item of one that ends runs on another one; if it ends several workers, it has failed.
     Raises OptionError if the scheduler does not answer, or its workers are others than pianta needs.
     """
     with _connect(scheduler) as client:
-        threads = sum(client.nthreads().values())
-        plugin = _WorkPlugin(work)
-        client.register_plugin(plugin)
+        _wait_for_running(client, batch)
+        plugin = _WorkPlugin(work, batch or token_hex(8))
+        _call_workers(lambda: client.register_plugin(plugin))
         waiting, running = iter(enumerate(items)), as_completed(loop=client.loop)
         numbers: dict[str, int] = {}
+        count_threads = _ThreadCount(client)
 
         def submit() -> None:
-            for number, item in waiting:
-                future = client.submit(_run_item, plugin.name, item, pure=False)
+            for number, item in islice(waiting, max(0, QUEUED_PER_JOB * count_threads() - len(numbers))):
+                future = client.submit(_run_item, plugin.name, batch, item, pure=False)
                 numbers[future.key] = number
                 running.add(future)
-                return
 
         try:
-            for _ in range(QUEUED_PER_JOB * threads):
-                submit()
+            submit()
             for future in running:
                 yield _collect(future, items[numbers.pop(future.key)], scheduler)
                 submit()
@@ -57,10 +67,13 @@ def run_on_cluster(
 
 
 class _WorkPlugin(WorkerPlugin):  # type: ignore[misc]  # of a library without types
-    """Gives the work to each worker, also to those that start later: it has megabytes of models."""
+    """Gives the work to each worker, also to those that start later: it has megabytes of models.
 
-    def __init__(self, work: Callable[[Any], Any]) -> None:
-        self.name = f"pianta-{token_hex(8)}"
+    That of a killed program of the same batch is replaced.
+    """
+
+    def __init__(self, work: Callable[[Any], Any], batch: str) -> None:
+        self.name = f"pianta {batch}"
         self.work = work
 
     def setup(self, worker: Worker) -> None:
@@ -77,14 +90,57 @@ class _WorkPlugin(WorkerPlugin):  # type: ignore[misc]  # of a library without t
             callback.start()
 
 
+class _ThreadCount:
+    """Counts the threads of all workers, of which some come and go; at least one, and asked for once a second."""
+
+    def __init__(self, client: Client) -> None:
+        self._client = client
+        self._number, self._asked = 1, -inf
+
+    def __call__(self) -> int:
+        """The number."""
+        if time.monotonic() > self._asked + 1:
+            self._number = max(1, sum(self._client.nthreads().values()))
+            self._asked = time.monotonic()
+        return self._number
+
+
 def _list_profilers(worker: Worker) -> list[Any]:
     """What samples the stack of a worker's tasks: Dask keeps an hour of it, half a megabyte for each map."""
     return [callback for name, callback in worker.periodic_callbacks.items() if name.startswith("profile")]
 
 
-def _run_item(name: str, item: Any) -> Any:  # noqa: ANN401  # of any batch
+def _run_item(name: str, batch: str, item: Any) -> Any:  # noqa: ANN401  # of any batch
     """On a worker: the outcome of an item. name: of the plugin that has brought the work."""
-    return guard_item(getattr(get_worker(), name), item)
+    _running[batch] += 1
+    try:
+        return guard_item(getattr(get_worker(), name), item)
+    finally:
+        _running[batch] -= 1
+
+
+def _is_running(batch: str) -> bool:
+    """On a worker: whether it works on a batch."""
+    return _running[batch] > 0
+
+
+def _wait_for_running(client: Client, batch: str) -> None:
+    """Wait until no worker works on a batch for another program; at most SECONDS_TO_END."""
+    deadline = time.monotonic() + SECONDS_TO_END
+    while batch and time.monotonic() < deadline:
+        answers = _call_workers(lambda: client.run(_is_running, batch, on_error="ignore"))
+        if not any(answers.values()):
+            return
+        time.sleep(PAUSE)
+
+
+def _call_workers(call: Callable[[], Result]) -> Result:
+    """The answer of a call to all workers, which is tried again if a worker ends meanwhile."""
+    for _ in range(MAX_TRIES - 1):
+        with suppress(OSError):
+            return call()
+        time.sleep(PAUSE)
+    return call()
 
 
 def _collect(future: Future, item: Item, scheduler: str) -> Outcome[Item, Any]:
@@ -142,7 +198,8 @@ def _check_workers(client: Client, scheduler: str) -> None:
     threads = client.nthreads()
     if max(threads.values()) > 1:
         raise OptionError(f"{noun} has workers with several threads, start them with --nthreads 1 and more --nworkers")
-    versions = set(client.run(_read_version).values()) - {__version__}
+    answers = _call_workers(lambda: client.run(_read_version, on_error="ignore"))
+    versions = set(answers.values()) - {__version__}
     if versions:
         raise OptionError(f"{noun} has workers with pianta {', '.join(sorted(versions))}, install {__version__} there")
 

@@ -16,7 +16,7 @@ from pianta import __version__
 from pianta.batch.journal import FAULTS, Entry, Journal, check_journals, is_reserved, name_journal
 from pianta.batch.processes import Fault, Outcome, run_items
 from pianta.errors import OptionError, PiantaError
-from pianta.io._files import as_utf8, atomic_file, short_repr
+from pianta.io._files import as_utf8, atomic_file, real_path, short_repr
 from pianta.io._folders import new_folder, remove_remains
 from pianta.reading.read import MAX_JOBS
 
@@ -155,7 +155,7 @@ class Batch:
             report(0, len(left))
             for item in done:
                 yield self._describe_entry(item, entries[item.key], is_new=False)
-            for count, outcome in enumerate(run_anywhere(work, left, self.run), start=1):
+            for count, outcome in enumerate(self._run_anywhere(work, left), start=1):
                 entry = self._make_entry(outcome)
                 journal.record(entry)
                 report(count, len(left))
@@ -177,6 +177,21 @@ class Batch:
             fault = f"only_failed= and folder {folder} has results with other options or of another version"
             raise OptionError(f"{fault}, give the same options, or leave it out and all are done again")
         return [item for item in left if item.key in entries and not entries[item.key].is_done]
+
+    def _run_anywhere(
+        self, work: Callable[[WorkItem[Value]], WorkResult], items: Sequence[WorkItem[Value]]
+    ) -> Iterator[Outcome[WorkItem[Value], WorkResult]]:
+        """The outcome of each item, from processes of this machine or from a cluster."""
+        run = self.run
+        if run.scheduler is None:
+            return run_items(work, items, jobs=run.jobs, time_limit=run.time_limit)
+        # Workers have working folders of their own
+        absolute = [replace(item, path=item.path.absolute(), folder=item.folder.absolute()) for item in items]
+        relative = {item.key: item for item in items}
+        outcomes = import_cluster().run_on_cluster(
+            work, absolute, scheduler=run.scheduler, batch=f"{self.verb} {real_path(self.out)}"
+        )
+        return (replace(outcome, item=relative[outcome.item.key]) for outcome in outcomes)
 
     def _is_done(self, item: WorkItem[Value], entry: Entry | None) -> bool:
         """Whether an item was done as it is, with these options, and its results are there."""
@@ -218,20 +233,6 @@ class Batch:
         fault = None if entry.is_done else entry.fault
         description = json.loads(entry.description) if self.describes else None
         return BatchItem(item.path, item.folder, fault, entry.group, entry.seconds, is_new, description)
-
-
-def run_anywhere(
-    work: Callable[[WorkItem[Value]], WorkResult], items: Sequence[WorkItem[Value]], run: RunOptions
-) -> Iterator[Outcome[WorkItem[Value], WorkResult]]:
-    """The outcome of each item, from processes of this machine or from a cluster."""
-    if run.scheduler is None:
-        return run_items(work, items, jobs=run.jobs, time_limit=run.time_limit)
-    # Workers have working folders of their own
-    absolute = [replace(item, path=item.path.absolute(), folder=item.folder.absolute()) for item in items]
-    outcomes: Iterator[Outcome[WorkItem[Value], WorkResult]]
-    outcomes = import_cluster().run_on_cluster(work, absolute, scheduler=run.scheduler)
-    relative = {item.key: item for item in items}
-    return (replace(outcome, item=relative[outcome.item.key]) for outcome in outcomes)
 
 
 def name_items(
