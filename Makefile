@@ -16,7 +16,7 @@ demo: $(READY)  ## set up, and read the sample map into demo/read
 quick test properties fuzz: export OMP_NUM_THREADS := 1
 quick test properties fuzz: export PYTHONDONTWRITEBYTECODE :=
 
-quick: $(READY)  ## set up, and pass the quick tests, which cover every module, in less than a minute
+quick: $(READY)  ## set up, and pass the quick tests, which cover every module
 	$(BIN)/pytest -n auto -m "not slow"
 
 test: $(READY)  ## set up, and pass all tests
@@ -28,7 +28,7 @@ properties: export PROPERTY_SECONDS := $(PROPERTY_SECONDS)
 properties: $(READY)  ## set up, and look for examples that break a test of a property, for PROPERTY_SECONDS (1800)
 	$(BIN)/pytest -n auto -r fE
 
-matrix:  ## the quick tests with each Python from 3.11 to 3.13 that is at hand, and with the lowest versions of packages
+matrix:  ## tests with each Python from 3.11 to 3.13 that is at hand, and with the lowest versions of packages
 	$(PYTHON) .ci/matrix.py
 
 FUZZ_INPUTS ?= 1000000

@@ -1,9 +1,10 @@
-"""Run the quick tests with other versions: Python 3.11 to 3.13, and the lowest versions of all dependencies.
+"""Run tests with other versions: Python 3.11 to 3.13, and the lowest versions of all dependencies.
 
     python .ci/matrix.py [3.11] [3.12] [3.13] [lowest]
 
 Interpreters are looked for on the path and in pyenv; one that is not there is skipped, with a line. The lowest versions
-are those that pyproject.toml allows and that have wheels, as `uv` resolves them for the oldest interpreter.
+are those that pyproject.toml allows and that have wheels, as `uv` resolves them for the oldest interpreter. Of each
+quick test the first case is run, without those of real maps, of pages in a browser and of benches.
 """
 
 from __future__ import annotations
@@ -21,6 +22,11 @@ LOWEST = "lowest"
 # Of the tests, in their newest versions: the tests themselves are not for others
 TEST_PACKAGES = ("hypothesis", "lxml", "playwright", "psutil", "pytest", "pytest-xdist")
 
+TESTS = (
+    *("-q", "-n", "auto", "-m", "not slow and not data", "-p", "no:cacheprovider", "-p", "first_cases"),
+    *(f"--ignore-glob=*test_{name}*" for name in ("bench", "notebook", "view")),
+)
+
 
 def main() -> int:
     """Run what is asked for; the exit code is 1 if tests fail."""
@@ -32,8 +38,8 @@ def main() -> int:
             continue
         with TemporaryDirectory(prefix="pianta-matrix-") as folder:
             python = install_lowest(interpreter, Path(folder)) if name == LOWEST else install(interpreter, Path(folder))
-            command = [str(python), "-m", "pytest", "-q", "-n", "auto", "-m", "not slow", "-p", "no:cacheprovider"]
-            done = subprocess.run(command, cwd=ROOT, env=os.environ | {"OMP_NUM_THREADS": "1"}, check=False)
+            variables = os.environ | {"OMP_NUM_THREADS": "1", "PYTHONPATH": str(Path(__file__).parent)}
+            done = subprocess.run([str(python), "-m", "pytest", *TESTS], cwd=ROOT, env=variables, check=False)
         sys.stdout.write(f"{name}: {'passed' if done.returncode == 0 else 'FAILED'}\n")
         failed += [name] * (done.returncode != 0)
     return 1 if failed else 0

@@ -284,6 +284,7 @@ def test_ratios_are_pooled():
     assert measure_ratio_error(ratios[:2]) is None
 
 
+@pytest.mark.slow
 def test_all_parts(measured):
     graphs = measured.objects["graphs"]
     assert [*graphs] == PARTS
@@ -340,6 +341,7 @@ def test_clock():
     assert len(clock.times) == 4
 
 
+@pytest.mark.slow
 def test_tables(measured):
     for title, part in (("Table 7.1, metrics of schools: real", CORR), ("Table 7.1, metrics of schools: the", NCUT)):
         cell = find_table(measured, title).rows["nodes"][part]
@@ -398,6 +400,7 @@ def test_copies_of_half_a_are_no_nearer_than_half_a():
     assert len(results.values(metric=HELD_OUT_ACCURACY, left_out=PAIR)) == len(CLASSIFIERS)
 
 
+@pytest.mark.slow
 def test_nothing_is_cut_in_80_columns(measured):
     tables = tabulate(measured)
     text = "\n".join(show_lines(tables, measured, width=80))
@@ -434,6 +437,7 @@ def test_the_same_seed_gives_the_same_figures(tiny, measured, tmp_path):
     assert len(contents[0]["tables"]) == 15
 
 
+@pytest.mark.slow
 def test_what_cannot_be_measured(tmp_path):
     with pytest.raises(DataError, match="school"):
         measure(tmp_path)
@@ -530,6 +534,7 @@ def test_positions_of_groups_are_apart():
     assert np.linalg.norm(middles[0] - middles[1]) > 2 * np.linalg.norm(xy[:8] - middles[0], axis=1).mean()
 
 
+@pytest.mark.slow
 def test_command(tiny, tmp_path, monkeypatch):
     monkeypatch.setattr(generation, "REPEATS", REPEATS)
     file, pictures = tmp_path / "new" / "generation.json", tmp_path / "pictures"

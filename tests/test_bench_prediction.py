@@ -431,6 +431,7 @@ def test_no_floor_of_its_building_is_in_its_model(tiny, monkeypatch):
     assert len(models) == 9
 
 
+@pytest.mark.slow
 def test_tables(measured):
     tables = tabulate(measured)
     text = "\n".join(show_lines(tables, measured, width=100))
@@ -465,6 +466,7 @@ def test_too_few_floors(tmp_path):
         measure(tmp_path)
 
 
+@pytest.mark.slow
 def test_pictures(measured, tmp_path):
     save_figures(measured, tmp_path)
     # Only one floor is predicted three times.
@@ -474,6 +476,7 @@ def test_pictures(measured, tmp_path):
     }
 
 
+@pytest.mark.slow
 def test_command(tiny, tmp_path):
     file = tmp_path / "new" / "prediction.json"
     outcome = run_pianta("bench", "prediction", "--data", tiny, "-n", 3, "--seed", 2, "--json", file)

@@ -108,6 +108,7 @@ def test_every_floor_is_scored_by_all_models(measured):
     assert {len(floor.realism[R_C].usual) for floor in floors_of(measured, WORLDS)} == {5}
 
 
+@pytest.mark.slow
 def test_table_8_2(measured):
     table, one_class, _, floors = tabulate(measured)
     assert [*table.columns] == [f"{labels}, {name}" for labels in ("R/C", "F/C/E/S") for name in STATISTICS]
@@ -124,6 +125,7 @@ def test_table_8_2(measured):
     assert [*floors.rows][-1] == "world3"
 
 
+@pytest.mark.slow
 def test_views(measured):
     offices, worlds = floors_of(measured, OFFICES), floors_of(measured, WORLDS)
     assert {*offices[0].views} == {(UNLABELLED, R_C), (UNLABELLED, F_C_E_S)}
@@ -147,6 +149,7 @@ def error_of(results: Results, model: str, statistic: str = ALL_FLOORS) -> float
     return float(error)
 
 
+@pytest.mark.slow
 def test_errors_by_hand(measured, monkeypatch):
     """Two of five offices and no world are above the third score: three of nine floors are wrong."""
     scores = sorted(measured.values(metric="likeness", label_set=R_C, part=OFFICES))
@@ -159,6 +162,7 @@ def test_errors_by_hand(measured, monkeypatch):
     assert error_of(results, ONE, CLASS_MEAN) == pytest.approx(100 * (3 / 5 + 0 / 4) / 2)
 
 
+@pytest.mark.slow
 def test_a_probability_of_one_half_is_realistic(measured):
     """As in the verdict of pianta: with 0.5 everywhere offices are right and worlds wrong."""
     floors = [
@@ -200,6 +204,7 @@ def test_no_floor_is_scored_by_a_model_of_its_building(tiny, monkeypatch):
     assert sum({"world0", "world1"} == tested for _, tested in folds) == 2, "once for each label set"
 
 
+@pytest.mark.slow
 def test_pictures(measured):
     scores, curves = draw_scores(measured), draw_curves(measured)
     assert [len(ax.collections) for ax in scores.axes] == [3, 3, 2, 2]

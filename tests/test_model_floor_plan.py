@@ -170,6 +170,7 @@ def move_floor(
 WORLDS = {name: make_world(name, seed=1)[0] for name in ("l", "depot")}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", WORLDS)
 @settings(max_examples=8, deadline=None)
 @given(

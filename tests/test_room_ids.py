@@ -346,6 +346,7 @@ def test_a_floor_has_its_ids_again_after_a_step_that_is_cut_differently(floor, c
     assert ids_of(again) == ids_of(floor)
 
 
+@pytest.mark.slow
 @given(tilings(), tilings(), tilings())
 def test_ids_are_unique_with_earlier_floors_and_new_ones_are_new(floor, previous, earlier):
     result = keep_room_ids(floor, previous, earlier=[earlier])

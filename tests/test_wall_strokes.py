@@ -60,6 +60,7 @@ def test_the_sheet_has_the_walls_of_thick_strokes():
     assert not (sheet.walls & ~ink).any()
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not (DATA / "planfiles").exists(), reason=f"no planfiles in {DATA}")
 def test_furniture_of_a_flat_becomes_no_rooms():
     """Without the widths 23 rooms were read, most of them pieces of furniture.

@@ -149,6 +149,7 @@ def _collect(future: Future, item: Item, scheduler: str) -> Outcome[Item, Any]:
         raise _is_gone(scheduler)
     if future.status == "finished":
         outcome: Outcome[Item, Any] = future.result()
+        future.release()  # else it is done again if the worker that has its result ends
         return outcome
     error = future.exception()
     if isinstance(error, KilledWorker):
