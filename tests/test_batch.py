@@ -9,6 +9,7 @@ import sys
 import time
 from collections import Counter
 from collections.abc import Iterator
+from contextlib import closing
 from pathlib import Path
 
 import numpy as np
@@ -367,7 +368,7 @@ class TestJournal:
         (tmp_path / "journal.sqlite").write_bytes(b"SQLite format 3\0" + b"x" * 5000)
         with pytest.raises(OptionError, match=r"cannot be used: .*; remove it, and all files are read again"):
             read_journals(tmp_path)
-        with sqlite3.connect(tmp_path / "journal-1-of-2.sqlite") as other:
+        with closing(sqlite3.connect(tmp_path / "journal-1-of-2.sqlite")) as other:
             other.execute("create table birds (name)")
         with pytest.raises(OptionError, match="is no journal of this pianta"):
             Journal(tmp_path / "journal-1-of-2.sqlite")

@@ -2,6 +2,7 @@
 
 import json
 import sqlite3
+from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -89,7 +90,7 @@ class TestLayers:
         predicted = geopandas.read_file(path, layer="predicted_rooms")
         assert predicted.geometry[0].equals(box(0, 2.2, 4, 7))
         # The magic number of a GeoPackage: "GPKG"
-        with sqlite3.connect(path) as database:
+        with closing(sqlite3.connect(path)) as database:
             assert database.execute("PRAGMA application_id").fetchone() == (0x47504B47,)
 
     def test_a_georeferenced_geopackage_is_where_the_anchor_is(self, tmp_path):
