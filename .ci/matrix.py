@@ -20,7 +20,7 @@ ROOT = Path(__file__).parents[1]
 VERSIONS = ("3.11", "3.12", "3.13")
 LOWEST = "lowest"
 # Of the tests, in their newest versions: the tests themselves are not for others
-TEST_PACKAGES = ("hypothesis", "lxml", "playwright", "psutil", "pytest", "pytest-xdist")
+TEST_PACKAGES = ("hypothesis", "lxml", "numpydoc", "playwright", "psutil", "pytest", "pytest-xdist")
 
 TESTS = (
     *("-q", "-n", "auto", "-m", "not slow and not data", "-p", "no:cacheprovider", "-p", "first_cases"),
