@@ -13,15 +13,18 @@ from PIL import Image
 
 from pianta.errors import DataError
 from pianta.generation.buildings import BuildingSampler, generate_buildings
+from pianta.generation.drawing.draw import draw_plan
 from pianta.generation.train import train_type
 from pianta.generation.type_model import TypeFloor, TypeModel
 from pianta.io.buildings.read import list_buildings, read_building
 from pianta.labels import SCHOOL
 from pianta.plot.figure import save_figure
 from pianta.plot.graphs import draw_contact_sheet, place_nodes
+from pianta.plot.plan_sheet import draw_plan_sheet
 from pianta_bench.data.folders import find_data
 
 FLOORS, SEED, COUNT = 16, 6, 18
+PLANS = 6  # of the generated buildings, drawn as floors
 # Colours of the picture; with so few its file has a fifth of the size.
 PALETTE = 128
 # A wing of a synthetic school: the label of its corridor, and label -> fewest and most rooms behind it.
@@ -46,10 +49,19 @@ def main() -> None:
     except DataError:
         return
     model = train_type([read_building(file) for file in files], schema=SCHOOL)
-    sheet = IMAGES / "generation.png"
-    save_figure(draw_contact_sheet(generate_buildings(model, COUNT, seed=SEED), schema=SCHOOL), sheet)
-    with Image.open(sheet) as picture:
-        picture.convert("RGB").quantize(PALETTE).save(sheet, optimize=True)
+    buildings = generate_buildings(model, COUNT, seed=SEED)
+    save_small(draw_contact_sheet(buildings, schema=SCHOOL), "generation")
+    floors = [draw_plan(building, model, seed=number).floor for number, building in enumerate(buildings[:PLANS])]
+    titles = [f"{len(floor)} rooms" for floor in floors]
+    save_small(draw_plan_sheet(floors, titles, schema=SCHOOL), "drawn_plans")
+
+
+def save_small(figure: Figure, name: str) -> None:
+    """Save a picture with few colours."""
+    file = IMAGES / f"{name}.png"
+    save_figure(figure, file)
+    with Image.open(file) as picture:
+        picture.convert("RGB").quantize(PALETTE).save(file, optimize=True)
 
 
 def make_school(random: np.random.Generator) -> nx.Graph:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import networkx as nx
 import pytest
+from PIL import Image
 
 import pianta
 from pianta.batch import generate_batch as batch_module
@@ -179,6 +180,42 @@ class TestCommand:
             copies,
             where,
         ]
+
+    def test_plans_are_floors_with_the_doors_of_the_graphs(self, model, tmp_path):
+        schools = make_schools()
+        for school in schools:
+            nx.set_node_attributes(school, 30.0, "area")
+        save_type_model(replace(learn_type(schools, SCHOOL), sweeps=5), tmp_path / "school.json")
+        command = ("generate", tmp_path / "school.json", "-n", 3, "--plans", "-o")
+        outcome = run_pianta(*command, tmp_path / "out")
+        assert outcome.code == 0, outcome.err
+        assert outcome.out.splitlines()[-1].endswith("building-*.geojson, building-*.png, plans.png")
+        for number in (1, 2, 3):
+            floor = pianta.read_floor(tmp_path / "out" / f"building-{number:03}.geojson")
+            graph = read_graph(tmp_path / "out" / f"building-{number:03}.json")
+            assert nx.is_isomorphic(floor.graph(), graph, node_match=lambda one, other: one["label"] == other["label"])
+            with Image.open(tmp_path / "out" / f"building-{number:03}.png") as picture:
+                assert max(picture.size) >= 1600
+        with Image.open(tmp_path / "out" / "plans.png") as sheet:
+            assert sheet.size == (1920, 640)
+        assert run_pianta(*command, tmp_path / "two", "--jobs", 2).code == 0
+        assert list_files(tmp_path / "two") == list_files(tmp_path / "out")
+        assert run_pianta(*command, tmp_path / "parts", "--shard", "1/1").code == 0
+        part = tmp_path / "parts" / "part-0001"
+        assert [
+            pianta.read_floor(part / f"building-{number:06}.geojson").rooms
+            == pianta.read_floor(tmp_path / "out" / f"building-{number:03}.geojson").rooms
+            for number in (1, 2, 3)
+        ] == [True, True, True]
+        assert run_pianta(*command[:4], "-o", tmp_path / "out").code == 0
+        assert {path.suffix for path in (tmp_path / "out").iterdir()} == {".json", ".graphml", ".png"}
+        assert not (tmp_path / "out" / "plans.png").exists()
+
+    def test_a_model_without_areas_cannot_draw_plans(self, model_file, tmp_path):
+        code, out, err = run_pianta("generate", model_file, "-n", 1, "--plans", "-o", tmp_path / "out")
+        assert (code, out, len(err.splitlines())) == (2, "", 1)
+        assert "the model has no areas of rooms" in err
+        assert not (tmp_path / "out").exists()
 
     def test_few_buildings_are_not_written_beside_parts(self, model_file, tmp_path):
         outcome = run_pianta("generate", model_file, "-n", 2, "-o", tmp_path, "--shard", "1/1", "-q")

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from pianta.evaluation.floor_scores import score_floor
     from pianta.exploration.explore import explore
     from pianta.floor import Door, Floor, Furniture, Room
+    from pianta.generation.drawing.draw import DrawnPlan, draw_plan
     from pianta.generation.generate import generate
     from pianta.generation.train import train_type
     from pianta.gridmap import GridMap
@@ -56,6 +57,7 @@ __all__ = [
     "BatchItem",
     "Building",
     "Door",
+    "DrawnPlan",
     "Failure",
     "Floor",
     "Furniture",
@@ -76,6 +78,7 @@ __all__ = [
     "clean_map",
     "collect_batch",
     "convert",
+    "draw_plan",
     "errors",
     "evacuate",
     "explain",
@@ -111,6 +114,7 @@ _MODULES = {
     "BatchItem": "batch.run_batch",
     "Building": "building",
     "Door": "floor",
+    "DrawnPlan": "generation.drawing.draw",
     "Failure": "reading.read",
     "Floor": "floor",
     "Furniture": "floor",
@@ -130,6 +134,7 @@ _MODULES = {
     "clean_map": "layout.clean_map",
     "collect_batch": "batch.collect",
     "convert": "io.writers.convert",
+    "draw_plan": "generation.drawing.draw",
     "errors": "errors",
     "evacuate": "evacuation.evacuate",
     "explain": "layout.explanation",

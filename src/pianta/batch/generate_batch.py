@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import warnings
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from pianta.batch.processes import run_items
 from pianta.batch.run_batch import (
     Batch,
     BatchItem,
@@ -19,7 +21,7 @@ from pianta.batch.run_batch import (
     collect_warnings,
     digest_options,
 )
-from pianta.errors import OptionError
+from pianta.errors import BuildingWarning, OptionError, PiantaError
 from pianta.io._files import short_repr
 from pianta.io._folders import atomic_folder, check_output_folder
 
@@ -28,10 +30,12 @@ if TYPE_CHECKING:
 
     from pianta.floor import Floor
     from pianta.generation.buildings import BuildingSampler
+    from pianta.generation.drawing.draw import DrawnPlan
     from pianta.generation.type_model import TypeModel
 
 PART = 1000  # buildings of a folder, which file managers still list
 SHEET = "sheet.png"
+PLAN_SHEET = "plans.png"
 
 
 def generate_batch(
@@ -48,6 +52,7 @@ def generate_batch(
     recombine: bool = True,
     kernel: str = "weisfeiler-lehman",
     seed: int = 0,
+    plans: bool = False,
     jobs: int = 1,
     resume: bool = True,
     only_failed: bool = False,
@@ -71,6 +76,8 @@ def generate_batch(
         The folder; journal.sqlite is beside the parts.
     rooms, at_least, at_most, similar_to, keep, costs, recombine, kernel, seed
         As of `generate`.
+    plans
+        Whether the buildings are also drawn as floors, by `draw_plan`: building-000001.geojson and .png, and plans.png.
     jobs, resume, only_failed, shard, time_limit, scheduler, progress
         As of `read_batch`, for parts instead of files.
 
@@ -89,7 +96,7 @@ def generate_batch(
     Warns
     -----
     BuildingWarning
-        As of `generate`.
+        As of `generate`; a door of a graph could not be drawn.
 
     Examples
     --------
@@ -120,9 +127,9 @@ def generate_batch(
     sampler = make_sampler(model, **options)
     graphs = {name: _describe_floor(options[name]) for name in ("similar_to", "keep")}
     content = dump_type_model(model).decode()
-    digest = digest_options({**options, **graphs, "seed": seed, "model": content})
+    digest = digest_options({**options, **graphs, "seed": seed, "model": content, "plans": plans})
     batch = Batch(target, "generate", digest, run)
-    return batch.do_all(lambda _: _list_parts(target, count), _Work(sampler, seed), progress)
+    return batch.do_all(lambda _: _list_parts(target, count), _Work(sampler, seed, plans), progress)
 
 
 def count_repeats(parts: Iterable[BatchItem]) -> int:
@@ -131,20 +138,85 @@ def count_repeats(parts: Iterable[BatchItem]) -> int:
     return fingerprints.total() - len(fingerprints)
 
 
-def save_buildings(buildings: Sequence[nx.Graph], names: Sequence[str], model: TypeModel, out: Path) -> None:
-    """Write the graphs as NAME.json and NAME.graphml, and their contact sheet, all or none."""
+def draw_plans(
+    buildings: Sequence[nx.Graph], model: TypeModel, *, first: int = 0, seed: int = 0, jobs: int = 1
+) -> list[DrawnPlan]:
+    """The floor of each building, whose number depends on its position and that of the first one.
+
+    Raises PiantaError for a building that cannot be drawn. Warns of doors that were given up.
+    """
+    plans: dict[int, DrawnPlan] = {}
+    for outcome in run_items(_Drawing(model, seed), [*enumerate(buildings, first)], jobs=jobs):
+        number, _ = outcome.item
+        if outcome.fault or outcome.result is None:
+            raise PiantaError(f"building {number + 1} cannot be drawn: {outcome.fault and outcome.fault.message}")
+        plans[number] = outcome.result
+    for number in sorted(plans):
+        if doors := plans[number].given_up:
+            pairs = ", ".join(f"{one}–{other}" for one, other in doors)
+            warnings.warn(BuildingWarning(f"building {number + 1}: no wall for doors {pairs}"), stacklevel=2)
+    return [plans[number] for number in sorted(plans)]
+
+
+@dataclass(frozen=True)
+class _Drawing:
+    """Draws a building, in a process."""
+
+    model: TypeModel
+    seed: int
+
+    def __call__(self, item: tuple[int, nx.Graph]) -> DrawnPlan:
+        from pianta.generation.buildings import MAX_BUILDINGS
+        from pianta.generation.drawing.draw import draw_plan
+
+        number, graph = item
+        return draw_plan(graph, self.model, seed=self.seed * MAX_BUILDINGS + number)
+
+
+def save_buildings(
+    buildings: Sequence[nx.Graph],
+    names: Sequence[str],
+    model: TypeModel,
+    out: Path,
+    *,
+    plans: Sequence[DrawnPlan] | None = None,
+) -> None:
+    """Write the graphs as NAME.json and NAME.graphml, and their contact sheet, all or none.
+
+    plans: also NAME.geojson and NAME.png, and a contact sheet of them.
+    """
     from pianta.io.graphml import save_graphml
     from pianta.io.graphs import save_graph
     from pianta.plot.figure import save_figure
     from pianta.plot.graphs import draw_contact_sheet
 
     kept_rooms = [[node for node, room in building.nodes(data="room") if room is not None] for building in buildings]
-    with atomic_folder(out) as new:
+    with atomic_folder(out, optional=[PLAN_SHEET, *list_plan_files(names)]) as new:
         for name, building in zip(names, buildings, strict=True):
             building.graph.update(source=name, building_type=model.building_type)
             save_graph(building, new / f"{name}.json")
             save_graphml(building, new / f"{name}.graphml")
         save_figure(draw_contact_sheet(buildings, schema=model.schema, fixed=kept_rooms), new / SHEET)
+        if plans is not None:
+            _save_plans([plan.floor for plan in plans], names, model, new)
+
+
+def list_plan_files(names: Iterable[str]) -> list[str]:
+    """The files of the drawn floors of buildings."""
+    return [f"{name}{suffix}" for name in names for suffix in (".geojson", ".png")]
+
+
+def _save_plans(floors: Sequence[Floor], names: Sequence[str], model: TypeModel, out: Path) -> None:
+    from pianta.io.floors import save_floor
+    from pianta.plot.figure import save_figure
+    from pianta.plot.floor import render_floor
+    from pianta.plot.plan_sheet import draw_plan_sheet
+
+    for name, floor in zip(names, floors, strict=True):
+        drawn_floor = replace(floor, source=name)
+        save_floor(drawn_floor, out / f"{name}.geojson")
+        (out / f"{name}.png").write_bytes(render_floor(drawn_floor))
+    save_figure(draw_plan_sheet(floors, names, schema=model.schema), out / PLAN_SHEET)
 
 
 def check_parts(out: Path, count: int) -> None:
@@ -196,6 +268,7 @@ class _Work:
 
     sampler: BuildingSampler
     seed: int
+    plans: bool
 
     def __call__(self, item: WorkItem[range]) -> WorkResult:
         """Sample the buildings of a part and write them."""
@@ -208,7 +281,8 @@ class _Work:
         batches = split_batches(item.value, self.sampler.max_rooms)
         buildings = [building for batch in batches for building in self.sampler.sample(batch, seed=self.seed)]
         model = self.sampler.model
-        save_buildings(buildings, _name_buildings(item.value), model, item.folder)
+        plans = draw_plans(buildings, model, first=item.value[0], seed=self.seed) if self.plans else None
+        save_buildings(buildings, _name_buildings(item.value), model, item.folder, plans=plans)
         return {
             "rooms": [len(building) for building in buildings],
             "copies": find_copies(buildings, [floor.graph for floor in model.floors]),

@@ -11,7 +11,15 @@ from typing import TYPE_CHECKING, Annotated, TypedDict
 
 import typer
 
-from pianta.batch.generate_batch import SHEET, count_repeats, generate_batch, refuse_parts, save_buildings
+from pianta.batch.generate_batch import (
+    PLAN_SHEET,
+    SHEET,
+    count_repeats,
+    draw_plans,
+    generate_batch,
+    refuse_parts,
+    save_buildings,
+)
 from pianta.batch.journal import has_journal
 from pianta.cli.batches import (
     BatchFlags,
@@ -38,6 +46,7 @@ if TYPE_CHECKING:
 EXAMPLES = (
     "pianta generate school.json -n 24 -o schools",
     "pianta generate school.json -n 200 -o schools --jobs 4 --seed 7",
+    "pianta generate school.json -n 24 -o schools --plans",
     "pianta generate school.json -n 100000 -o schools --jobs 8",
     "pianta generate school.json --rooms 30-50 --at-least CLASSROOM=12 --at-least GYM -o large",
     "pianta generate school.json --like building/floor.geojson -o alike",
@@ -65,6 +74,7 @@ SimilarTo = Annotated[
 Keep = Annotated[
     Path | None, typer.Option(metavar="FLOOR", help="A floor whose rooms and doors each building has, and others.")
 ]
+Plans = Annotated[bool, typer.Option("--plans", help="Draw the buildings as floors, too: rooms with walls and doors.")]
 ChosenCosts = Annotated[
     str, typer.Option("--costs", help="What the steps follow: density, or thesis, as in section 7.4.3.", metavar="NAME")
 ]
@@ -87,6 +97,7 @@ def generate(
     out: Out,
     count: Count = 24,
     seed: Seed = 0,
+    plans: Plans = False,
     jobs: Jobs = 1,
     rooms: Rooms = None,
     at_least: AtLeast = None,
@@ -107,6 +118,9 @@ def generate(
 
     Writes building-001.json (networkx node-link), .graphml and so on, and
     sheet.png.
+
+    With --plans also their floors, building-001.geojson and .png and so on, and
+    plans.png. Doors of a graph that could not be drawn are warnings.
 
     More than 1,000 buildings are written in parts of 1,000, into folders
     part-0001, part-0002, …; those that the journal in OUT has are not generated
@@ -139,12 +153,13 @@ def generate(
         "seed": seed,
     }
     if not names:
-        _generate_parts(type_model, count, out, options, flags, quiet=quiet)
+        _generate_parts(type_model, count, out, options, flags, plans=plans, quiet=quiet)
         return
     buildings = generation.generate(type_model, count, jobs=jobs, track=partial(track_items, quiet=quiet), **options)
-    save_buildings(buildings, names, type_model, out)
+    drawn_plans = draw_plans(buildings, type_model, seed=seed, jobs=jobs) if plans else None
+    save_buildings(buildings, names, type_model, out, plans=drawn_plans)
     if not quiet:
-        _print_buildings(buildings, type_model, out)
+        _print_buildings(buildings, type_model, out, plans=plans)
 
 
 def _number_buildings(count: int, out: Path) -> list[str]:
@@ -169,11 +184,13 @@ class _Options(TypedDict):
 
 
 def _generate_parts(
-    model: TypeModel, count: int, out: Path, options: _Options, flags: BatchFlags, *, quiet: bool
+    model: TypeModel, count: int, out: Path, options: _Options, flags: BatchFlags, *, plans: bool, quiet: bool
 ) -> None:
     """Generate many buildings in parts; print their sizes, and how many are copies."""
     parts = run_batch(
-        lambda progress: generate_batch(model, count, out=out, progress=progress, **flags.arguments, **options),
+        lambda progress: generate_batch(
+            model, count, out=out, plans=plans, progress=progress, **flags.arguments, **options
+        ),
         GENERATED,
         lambda _: [],
         quiet=quiet,
@@ -183,7 +200,7 @@ def _generate_parts(
         sizes = list(chain.from_iterable(part["rooms"] for part in described))
         copies = sum(sum(part["copies"]) for part in described)
         _print_counts(sizes, model, copies=copies, repeats=count_repeats(parts))
-        print_result(f"in {out}: part-*, each with building-*.json, building-*.graphml, {SHEET}")
+        print_result(f"in {out}: part-*, each with {_list_files(plans=plans)}")
     exit_if_any_failed(parts)
 
 
@@ -212,13 +229,19 @@ def _read_numbers(texts: Sequence[str], option: str, *, default: int | None = No
     return numbers
 
 
-def _print_buildings(buildings: Sequence[nx.Graph], model: TypeModel, out: Path) -> None:
+def _list_files(*, plans: bool) -> str:
+    """The files that were written, for people."""
+    files = f"building-*.json, building-*.graphml, {SHEET}"
+    return f"{files}, building-*.geojson, building-*.png, {PLAN_SHEET}" if plans else files
+
+
+def _print_buildings(buildings: Sequence[nx.Graph], model: TypeModel, out: Path, *, plans: bool) -> None:
     """Print the sizes of the buildings beside those of the model's floors, how many are copies, and where they are."""
     from pianta.evaluation.graph_sets import find_copies, find_repeats
 
     copies = sum(find_copies(buildings, [floor.graph for floor in model.floors]))
     _print_counts(list(map(len, buildings)), model, copies=copies, repeats=sum(find_repeats(buildings)))
-    print_result(f"in {out}: building-*.json, building-*.graphml, {SHEET}")
+    print_result(f"in {out}: {_list_files(plans=plans)}")
 
 
 def _print_counts(sizes: Sequence[int], model: TypeModel, *, copies: int, repeats: int) -> None:

@@ -10,19 +10,22 @@ from typing import Literal
 
 import numpy as np
 from shapely import LineString, Polygon, box, unary_union
-from shapely.geometry.base import BaseGeometry
 
 from pianta.errors import OptionError
 from pianta.floor import Door, Floor, Room
 from pianta.worlds.homes import make_home_floor
-from pianta.worlds.wall_axes import Range, Seed, find_shared_wall, find_wall_axes, round_to_mm
+from pianta.worlds.wall_axes import (
+    OUTER_WALL,
+    Range,
+    Seed,
+    find_shared_wall,
+    find_wall_axes,
+    find_wall_body,
+    round_to_mm,
+)
 from pianta.worlds.workplaces import make_depot_floor, make_office_floor, make_open_plan_floor, make_ward_floor
 
 # The measures are usual ones of offices and schools (chosen by hand).
-# Thickness of walls between rooms; metres.
-INNER_WALL = 0.15
-# Thickness of the walls around the floor; metres.
-OUTER_WALL = 0.3
 # Narrowest and widest door; metres.
 DOOR_WIDTH = (0.8, 1.0)
 # From the end of a wall's axis to the nearest jamb: half an outer wall, and 0.3 m of wall for the frame; metres.
@@ -184,7 +187,7 @@ def build_floor(
     if closed:
         raise OptionError(f"rooms {closed} share too little wall with room 1, give {MIN_DOOR_WALL:g} m for a door")
     axes = find_wall_axes(spaces.values())
-    walls = _wall_body(axes, unary_union([passage, *rooms]))
+    walls = find_wall_body(axes, unary_union([passage, *rooms]))
     inner = {room: round_to_mm(space.difference(unary_union([walls, *pillars]))) for room, space in spaces.items()}
     return Floor(
         rooms=tuple(Room(room, polygon, label=label if room == 1 else "ROOM") for room, polygon in inner.items()),
@@ -246,13 +249,6 @@ def _make_pillars(length: float, width: float, *, spacing: float = 5.0, size: fl
     """Square pillars on an even grid inside the rectangle from (0, 0) to (length, width)."""
     columns, rows = (np.linspace(0, side, max(round(side / spacing), 1) + 1)[1:-1] for side in (length, width))
     return [box(x - size / 2, y - size / 2, x + size / 2, y + size / 2) for x in columns for y in rows]
-
-
-def _wall_body(axes: Sequence[LineString], footprint: Polygon) -> BaseGeometry:
-    """The body of all walls: inner thickness about the axes, outer thickness about the edge of the footprint."""
-    inner = [axis.buffer(INNER_WALL / 2, cap_style="square") for axis in axes]
-    outer = footprint.boundary.buffer(OUTER_WALL / 2, join_style="mitre")
-    return unary_union([*inner, outer])
 
 
 def _place_door(rooms: tuple[int, int], wall: LineString, rng: np.random.Generator) -> Door:

@@ -19,9 +19,9 @@ from pianta.floor import Floor, cells_of_polygon
 from pianta.gridmap import FREE, OCCUPIED, UNKNOWN, GridMap
 from pianta.worlds.dense_furniture import furnish_densely
 from pianta.worlds.door_leaves import draw_door_leaves
-from pianta.worlds.floors import OUTER_WALL, make_l_floor
+from pianta.worlds.floors import make_l_floor
 from pianta.worlds.furniture import furnish_floor
-from pianta.worlds.wall_axes import Seed
+from pianta.worlds.wall_axes import OUTER_WALL, Seed
 
 # Least and greatest value of each option, and its unit.
 LIMITS = {

@@ -1,4 +1,4 @@
-"""Axes of the walls around spaces that tile a floor."""
+"""Axes and bodies of the walls around spaces that tile a floor."""
 
 from __future__ import annotations
 
@@ -9,6 +9,10 @@ from typing import TypeVar
 import numpy as np
 from shapely import LineString, Polygon, get_coordinates, get_parts, line_merge, transform, unary_union
 from shapely.geometry.base import BaseGeometry
+
+# Usual ones of offices and schools (chosen by hand); metres.
+INNER_WALL = 0.15  # thickness of walls between rooms
+OUTER_WALL = 0.3  # thickness of the walls around the floor
 
 Seed = int | np.random.Generator
 Range = tuple[float, float]
@@ -22,6 +26,13 @@ def find_wall_axes(spaces: Iterable[Polygon]) -> tuple[LineString, ...]:
     along_y = [side for side in sides if side.bounds[0] == side.bounds[2]]
     lines = [line for group in (along_x, along_y) for line in get_parts(line_merge(unary_union(group)))]
     return tuple(line.simplify(0).normalize() for line in lines)
+
+
+def find_wall_body(axes: Iterable[LineString], footprint: Polygon) -> BaseGeometry:
+    """The body of all walls: inner thickness about the axes, outer thickness about the edge of the footprint."""
+    inner = [axis.buffer(INNER_WALL / 2, cap_style="square") for axis in axes]
+    outer = footprint.boundary.buffer(OUTER_WALL / 2, join_style="mitre")
+    return unary_union([*inner, outer])
 
 
 def find_shared_wall(first: Polygon, second: Polygon) -> LineString:

@@ -23,10 +23,11 @@ from pianta.io.buildings.thesis_xml import read_building_xml
 from pianta.io.maps import read_map
 from pianta.layout._label_images import largest_part, outline_labels
 from pianta.layout.partial.predict import measure_half_wall
-from pianta.worlds.floors import FLOOR_MAKERS, INNER_WALL, make_floor
+from pianta.worlds.floors import FLOOR_MAKERS, make_floor
 from pianta.worlds.partial_scan import simulate_partial_map
 from pianta.worlds.scan import simulate_map
 from pianta.worlds.simulated_readings import ASPECT_SPREAD, RESOLUTION, SIZE_SPREAD, inset_room
+from pianta.worlds.wall_axes import INNER_WALL
 from pianta_bench.data.color_truth import read_color_truth
 from pianta_bench.data.folders import REMEDY, SLAM_RESOLUTION
 

@@ -18,7 +18,6 @@ from pianta.floor import Floor
 from pianta.gridmap import UNKNOWN, GridMap
 from pianta.plan.sheets.sheet import PlacedText
 from pianta.plan.symbols.drawings import Mark, paint_marks
-from pianta.worlds.floors import INNER_WALL, OUTER_WALL
 from pianta.worlds.plans.lettering import (
     LINE_SPACING,
     Lettering,
@@ -31,6 +30,7 @@ from pianta.worlds.plans.lettering import (
 from pianta.worlds.plans.look import Canvas, PlanLook
 from pianta.worlds.plans.symbols import mark_furniture, mark_room_symbol, mark_signs, widen_doors
 from pianta.worlds.plans.walls import extend_rooms_to_axes, paint_walls
+from pianta.worlds.wall_axes import INNER_WALL, OUTER_WALL
 
 # Lengths on the plan in metres of the building.
 # Blank space around the building.

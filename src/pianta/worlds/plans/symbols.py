@@ -15,7 +15,7 @@ from shapely.geometry.base import BaseGeometry
 from pianta._types import Floats
 from pianta.floor import Door, Floor, Room
 from pianta.plan.symbols.drawings import SYMBOLS, WALL_DEPTH, Mark
-from pianta.worlds.floors import INNER_WALL, OUTER_WALL
+from pianta.worlds.wall_axes import INNER_WALL, OUTER_WALL
 
 DoorStyle = Literal["arc", "arc 45", "leaf", "leaf 45", "sliding", "double", "gap"]
 DOOR_STYLES: tuple[DoorStyle, ...] = get_args(DoorStyle)

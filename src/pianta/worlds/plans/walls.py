@@ -10,9 +10,9 @@ from shapely.geometry.base import BaseGeometry
 
 from pianta.floor import Floor, Room
 from pianta.plan.symbols.drawings import Mark
-from pianta.worlds.floors import INNER_WALL, OUTER_WALL
 from pianta.worlds.plans.look import Canvas
 from pianta.worlds.plans.symbols import Window, find_windows, mark_doors, mark_windows
+from pianta.worlds.wall_axes import INNER_WALL, OUTER_WALL
 
 # Gaps extend beyond the faces of a wall by this; metres.
 GAP_OVERLAP = 0.02

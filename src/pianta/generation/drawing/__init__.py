@@ -1,0 +1,1 @@
+"""From the graph of a building to its floor: rooms with outlines, walls and doors."""

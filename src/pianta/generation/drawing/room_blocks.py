@@ -1,0 +1,111 @@
+"""Blocks of a room and of the few rooms that are reached through it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from math import sqrt
+
+import numpy as np
+
+from pianta.generation.drawing.blocks import DOOR_CELLS, NARROWEST, Block, Rectangle, make_block, round_randomly
+
+# All chosen by hand. A room that would be narrower than this, in cells, or deeper than this times its width, is small:
+# it has a shape of its own instead of the depth of its row.
+SMALL_WIDTH = 4
+SMALL_RATIO = 3.2
+# Width of a room over the depth of its row from which it becomes deeper than the row.
+LARGE_RATIO = 2.2
+LARGE_SHAPE = 1.6  # width over depth of such a room
+SMALL_SHAPE = 1.2  # depth over width of a small room
+FRONT = 4  # cells: depth of a room in front of rooms at its back, and its least width between rooms cut out of it
+
+Areas = Mapping[int, float]
+
+
+def is_small(area: float, depth: int) -> bool:
+    """Whether a room, of an area in cells, is too narrow in a row of a depth."""
+    return area / depth < SMALL_WIDTH or depth > SMALL_RATIO * area / depth
+
+
+def draw_room(room: int, area: float, depth: int, rng: np.random.Generator) -> Block:
+    """A rectangular room in a row of a depth."""
+    width = area / depth
+    if is_small(area, depth):
+        columns = max(NARROWEST, round_randomly(sqrt(area / SMALL_SHAPE), rng))
+        rows = max(NARROWEST, round_randomly(area / columns, rng))
+    elif width > LARGE_RATIO * depth:
+        rows = max(depth, round_randomly(sqrt(area / LARGE_SHAPE), rng))
+        columns = round_randomly(area / rows, rng)
+    else:
+        columns, rows = round_randomly(width, rng), depth
+    return Block((Rectangle(room, 0, 0, columns, rows),), 0, columns)
+
+
+def draw_suite(room: int, inner: Sequence[int], areas: Areas, depth: int, rng: np.random.Generator) -> Block:
+    """A room with rooms along its back wall, together a rectangle."""
+    total = areas[room] + sum(areas[each] for each in inner)
+    if total < depth**2 / 1.5:
+        depth = max(NARROWEST + FRONT, round_randomly(sqrt(total), rng))
+    elif total > LARGE_RATIO * depth**2:
+        depth = round_randomly(sqrt(total / 1.5), rng)
+    sizes = [(each, *_fit_inner(areas[each], depth, 1.0, rng)) for each in inner]
+    spare = max(round_randomly(total / depth, rng), FRONT) - sum(width for _, width, _ in sizes)
+    gaps = [0] * (len(sizes) + 1)
+    gaps[rng.integers(len(gaps))] = max(0, spare)
+    rectangles, x = [], 0
+    for gap, (each, width, height) in zip(gaps, sizes, strict=False):
+        if gap:
+            rectangles.append(Rectangle(room, x, 0, x + gap, depth))
+        x += gap
+        rectangles.append(Rectangle(room, x, 0, x + width, depth - height))
+        rectangles.append(Rectangle(each, x, depth - height, x + width, depth))
+        x += width
+    if gaps[-1]:
+        rectangles.append(Rectangle(room, x, 0, x + gaps[-1], depth))
+        x += gaps[-1]
+    return Block(tuple(rectangles), 0, x)
+
+
+def draw_notched(room: int, corners: Sequence[int], areas: Areas, depth: int, rng: np.random.Generator) -> Block:
+    """A room in a row, and small rooms beside its door that are cut out of its front corners."""
+    sizes = [(each, *_fit_inner(areas[each], depth, SMALL_SHAPE, rng)) for each in corners]
+    area = areas[room] + sum(width * height for _, width, height in sizes)
+    columns = max(round_randomly(area / depth, rng), sum(width for _, width, _ in sizes) + FRONT)
+    left, right = sizes[::2], sizes[1::2]
+    start = sum(width for _, width, _ in left)
+    stop = columns - sum(width for _, width, _ in right)
+    rectangles, x = [Rectangle(room, start, 0, stop, depth)], 0
+    for group, first in ((left, 0), (right, stop)):
+        x = first
+        for each, width, height in group:
+            rectangles.append(Rectangle(each, x, 0, x + width, height))
+            rectangles.append(Rectangle(room, x, height, x + width, depth))
+            x += width
+    return Block(tuple(rectangles), start, stop)
+
+
+def stack_blocks(room: Block, behind: Sequence[Block]) -> Block:
+    """A rectangular room with one block or two behind its back wall."""
+    ((number, _, _, width, height),) = room.rectangles
+    if len(behind) == 1:
+        (block,) = behind
+        low, high = sorted((DOOR_CELLS - block.stop, width - DOOR_CELLS - block.start))
+        x = int(np.clip((width - block.start - block.stop) // 2, low, high))
+        return make_block([Rectangle(number, 0, 0, width, height), *block.moved(x, height)], 0, width)
+    left, right = behind
+    # The sides with the doors face each other
+    left = left if left.width - left.stop <= left.start else left.mirrored()
+    right = right if right.start <= right.width - right.stop else right.mirrored()
+    before, after = left.width - left.stop + DOOR_CELLS, right.start + DOOR_CELLS
+    if before + after > width:
+        height = max(FRONT, round(width * height / (before + after)))
+        width = before + after
+    middle = max(before, min(width // 2, width - after))
+    rectangles = [*left.moved(middle - left.width, height), *right.moved(middle, height)]
+    return make_block([Rectangle(number, 0, 0, width, height), *rectangles], 0, width)
+
+
+def _fit_inner(area: float, depth: int, shape: float, rng: np.random.Generator) -> tuple[int, int]:
+    """Columns and rows of a room inside a row of a depth, which leave space for the room in front or behind."""
+    rows = int(np.clip(round_randomly(sqrt(area * shape), rng), NARROWEST, depth - FRONT))
+    return max(NARROWEST, round_randomly(area / rows, rng)), rows

@@ -1,0 +1,82 @@
+"""A floor with walls and doors, from the cells of its rooms."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+
+import networkx as nx
+import numpy as np
+from shapely import LineString, Polygon, box, unary_union, union_all
+
+from pianta.floor import Door, Floor, Room
+from pianta.generation.drawing.blocks import CELL, Cells
+from pianta.worlds.wall_axes import (
+    find_shared_wall,
+    find_wall_axes,
+    find_wall_body,
+    round_to_mm,
+    split_sides,
+)
+
+ENTRANCE = "ENTRANCE"  # the label of rooms that lead outside
+DOOR_WIDTHS = (0.8, 1.0)  # narrowest and widest door, m
+ENTRANCE_WIDTH = 1.2  # m
+MARGIN = 0.3  # of wall beside a door, from the axis of the next wall, m
+
+
+def build_plan(
+    cells: Cells, graph: nx.Graph, doors: Iterable[tuple[int, int]], rng: np.random.Generator, *, building_type: str
+) -> Floor:
+    """A floor whose rooms have the labels of a graph, with ids from 1, and a door for each pair of nodes.
+
+    cells: the node of each cell. Rooms called ENTRANCE have a door to the outside if they have an outer wall.
+    """
+    spaces = {node: _outline(cells, node) for node in graph}
+    axes = find_wall_axes(spaces.values())
+    footprint = unary_union([*spaces.values()])
+    walls = find_wall_body(axes, footprint)
+    rooms = [
+        Room(node + 1, round_to_mm(space.difference(walls)), label=graph.nodes[node]["label"])
+        for node, space in spaces.items()
+    ]
+    inner = [
+        Door((one + 1, other + 1), *_position_door(find_shared_wall(spaces[one], spaces[other]), DOOR_WIDTHS, rng))
+        for one, other in doors
+    ]
+    return Floor(
+        tuple(rooms),
+        doors=(*inner, *_make_entrances(spaces, graph, footprint, rng)),
+        walls=axes,
+        building_type={building_type: 1.0},
+        source=str(graph.graph.get("source", "")),
+    )
+
+
+def _outline(cells: Cells, room: int) -> Polygon:
+    """The outline of a room, metres."""
+    rows, columns = np.nonzero(np.diff(np.pad(cells == room, ((0, 0), (1, 1))).astype(np.int8), axis=1))
+    runs = box(columns[::2] * CELL, rows[::2] * CELL, columns[1::2] * CELL, (rows[::2] + 1) * CELL)
+    outline: Polygon = union_all(runs).simplify(0)
+    return outline
+
+
+def _make_entrances(
+    spaces: Mapping[int, Polygon], graph: nx.Graph, footprint: Polygon, rng: np.random.Generator
+) -> list[Door]:
+    """A door to the outside for each room called ENTRANCE that has enough outer wall."""
+    entrances = []
+    for node in (node for node, label in graph.nodes(data="label") if label == ENTRANCE):
+        sides: Sequence[LineString] = [*split_sides(spaces[node].boundary.intersection(footprint.exterior))]
+        longest = max(sides, key=lambda side: side.length, default=LineString())
+        if longest.length >= ENTRANCE_WIDTH + 2 * MARGIN:
+            entrances.append(Door((node + 1, None), *_position_door(longest, (ENTRANCE_WIDTH, ENTRANCE_WIDTH), rng)))
+    return entrances
+
+
+def _position_door(wall: LineString, widths: tuple[float, float], rng: np.random.Generator) -> tuple[LineString, float]:
+    """A door at a random position of a wall, from jamb to jamb, and its width."""
+    free = wall.length - 2 * MARGIN
+    width = round(min(rng.uniform(*widths), free), 2)
+    start = MARGIN + (free - width) * rng.random()
+    jambs = [wall.interpolate(start), wall.interpolate(start + width)]
+    return round_to_mm(LineString(jambs)), width

@@ -1,0 +1,242 @@
+"""Graphs that are drawn as floors: every door of the graph, rooms that do not overlap, areas of the type."""
+
+from dataclasses import replace
+
+import networkx as nx
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from shapely import box, unary_union
+
+import pianta
+from pianta.errors import GraphError, LabelError, ModelError, OptionError
+from pianta.generation.drawing.arms import find_arm
+from pianta.generation.drawing.blocks import Block, Rectangle, measure_contacts, paint_cells
+from pianta.generation.drawing.room_blocks import draw_notched, draw_room, draw_suite, stack_blocks
+from pianta.generation.drawing.room_sizes import sample_areas
+from pianta.generation.type_model import TypeModel, learn_type
+from tests.generated_types import SCHOOL, join_wings, make_schools
+
+AREAS = {"CLASSROOM": 60.0, "CORRIDOR": 70.0, "CLOSET": 6.0, "BATHROOM": 12.0, "GYM": 400.0}
+OTHER_AREA = 25.0
+
+
+@pytest.fixture(scope="module")
+def model() -> TypeModel:
+    """The model of the eight schools, each room with the area of its label."""
+    graphs = make_schools()
+    for graph in graphs:
+        for _, room in graph.nodes(data=True):
+            room["area"] = AREAS.get(room["label"], OTHER_AREA)
+    return learn_type(graphs, SCHOOL)
+
+
+@pytest.fixture
+def rng() -> np.random.Generator:
+    return np.random.default_rng(3)
+
+
+def list_doors(graph: nx.Graph) -> set[frozenset[int]]:
+    """The edges of a graph with nodes 0, 1, …, by the ids of rooms."""
+    return {frozenset((one + 1, other + 1)) for one, other in graph.edges}
+
+
+def check_floor(floor: pianta.Floor) -> None:
+    """Rooms that do not overlap and are wide enough, doors wide enough and in the walls between their rooms."""
+    polygons = {room.id: room.polygon for room in floor}
+    assert sum(polygon.area for polygon in polygons.values()) == pytest.approx(
+        unary_union([room.polygon for room in floor]).area, abs=1e-6
+    )
+    for room in floor:
+        assert room.polygon.geom_type == "Polygon"
+        # 1.2 m are free everywhere, but in corners behind thicker walls
+        eroded = room.polygon.buffer(-0.595, join_style="mitre").buffer(0.595, join_style="mitre")
+        assert room.polygon.area - eroded.area < 0.2
+    for door in floor.doors:
+        assert door.width >= 0.7
+        near = door.line.buffer(0.4)
+        assert all(near.intersects(polygons[room]) for room in door.room_ids)
+        others = [room for room in floor if room.id not in door.room_ids]
+        assert not any(door.line.intersects(room.polygon) for room in others)
+
+
+class TestBlocks:
+    def test_cells_have_their_rooms(self):
+        block = Block((Rectangle(0, 0, 0, 2, 1), Rectangle(1, 0, 1, 2, 2)), 0, 2)
+        assert paint_cells(block, 1).tolist() == [[-1] * 4, [-1, 0, 0, -1], [-1, 1, 1, -1], [-1] * 4]
+        assert block.mirrored() == block
+
+    def test_mirrored_exchanges_left_and_right(self):
+        block = Block((Rectangle(5, 0, 0, 2, 3), Rectangle(6, 2, 0, 3, 1)), 0, 2)
+        assert block.mirrored() == Block((Rectangle(5, 1, 0, 3, 3), Rectangle(6, 0, 0, 1, 1)), 1, 3)
+
+    def test_contacts_are_the_longest_straight_walls(self):
+        cells = np.array([[0, 0, 0, 1], [0, 2, 2, 1], [0, 2, 2, -1]], np.int32)
+        assert measure_contacts(cells) == {(0, 1): 1, (0, 2): 2, (1, 2): 1}
+
+    def test_a_wall_that_is_interrupted_counts_in_parts(self):
+        cells = np.array([[0, 0, 0, 0, 0], [1, 1, 2, 1, -1]], np.int32)
+        assert measure_contacts(cells)[0, 1] == 2
+
+    @pytest.mark.parametrize(("area", "size"), [(96.0, (8, 12)), (24.0, (4, 5)), (432.0, (27, 16))])
+    def test_usual_small_and_large_rooms_of_a_row_of_12(self, area, size, rng):
+        """8 × 12 cells; small, √20 wide; large, √(432 / 1.6) deep."""
+        block = draw_room(1, area, 12, rng)
+        assert abs(block.width - size[0]) <= 1
+        assert abs(block.height - size[1]) <= 1
+
+    def test_a_suite_is_a_rectangle_with_rooms_at_its_back(self, rng):
+        block = draw_suite(0, [1, 2], {0: 60.0, 1: 12.0, 2: 9.0}, 10, rng)
+        cells = paint_cells(block, 0)
+        assert (cells >= 0).all()
+        assert set(cells[0].tolist()) == {0}
+        assert {1, 2} <= set(cells[-1].tolist())
+        assert min(measure_contacts(cells)[0, inner] for inner in (1, 2)) >= 3
+
+    def test_corners_are_cut_out_of_the_front(self, rng):
+        block = draw_notched(0, [1, 2], {0: 80.0, 1: 9.0, 2: 9.0}, 10, rng)
+        cells = paint_cells(block, 0)
+        assert (cells >= 0).all()
+        front = cells[0]
+        assert (front[0], front[-1]) == (1, 2)
+        assert np.flatnonzero(front == 0).tolist() == [*range(block.start, block.stop)]
+        assert block.stop - block.start >= 4
+
+    def test_blocks_behind_a_room_have_wall_for_a_door(self, rng):
+        room = draw_room(0, 40.0, 10, rng)
+        behind = [draw_room(number, 60.0, 10, rng) for number in (1, 2)]
+        for count in (1, 2):
+            contacts = measure_contacts(paint_cells(stack_blocks(room, behind[:count]), 0))
+            assert all(contacts[0, number] >= 3 for number in range(1, count + 1))
+
+
+class TestArms:
+    CELLS = np.full((9, 12), -1, np.int32)
+    CELLS[3:6, 0:3] = 0
+    CELLS[3:6, 9:12] = 1
+
+    def test_the_shortest_arm_is_straight(self):
+        arm = find_arm(self.CELLS, 0, 1, 3)
+        assert arm is not None
+        assert np.argwhere(arm).tolist() == np.argwhere(np.pad(np.ones((3, 6)), ((3, 3), (3, 3)))).tolist()
+
+    def test_it_goes_around_what_is_between(self):
+        cells = self.CELLS.copy()
+        cells[2:, 5:7] = 2
+        arm = find_arm(cells, 0, 1, 2)
+        assert arm is not None
+        assert not (arm & (cells >= 0)).any()
+        cells[arm] = 0
+        assert measure_contacts(cells)[0, 1] >= 2
+
+    def test_none_if_there_is_no_way(self):
+        cells = self.CELLS.copy()
+        cells[:, 5:7] = 2
+        assert find_arm(cells, 0, 1, 2) is None
+        assert find_arm(self.CELLS, 0, 1, 4) is None
+
+
+class TestDrawPlan:
+    @pytest.mark.parametrize("number", range(8))
+    def test_the_floor_has_the_doors_and_labels_of_the_graph(self, model, number):
+        graph = make_schools()[number]
+        plan = pianta.draw_plan(graph, model, seed=number)
+        assert plan.given_up == ()
+        assert {frozenset(edge) for edge in plan.floor.graph().edges} == list_doors(graph)
+        assert {room.id: room.label for room in plan.floor} == {
+            node + 1: label for node, label in graph.nodes(data="label")
+        }
+        assert plan.floor.building_type == {"school": 1.0}
+        check_floor(plan.floor)
+
+    def test_areas_are_those_of_the_type(self, model):
+        plan = pianta.draw_plan(join_wings(("C" * 12, "C" * 12 + "G"), ((0, 1),), source=""), model)
+        classrooms = [room.polygon.area for room in plan.floor if room.label == "CLASSROOM"]
+        assert np.mean(classrooms) == pytest.approx(60, rel=0.05)
+        (gym,) = [room.polygon.area for room in plan.floor if room.label == "GYM"]
+        assert gym == pytest.approx(400, rel=0.1)
+
+    def test_corridors_have_the_area_of_those_with_as_many_doors(self, model, rng):
+        graphs = make_schools()
+        for graph in graphs:
+            for node, room in graph.nodes(data=True):
+                room["area"] = 10.0 * graph.degree[node] if room["label"] == "CORRIDOR" else 20.0
+        areas = sample_areas(join_wings(("CC", "C" * 9), ((0, 1),), source=""), learn_type(graphs, SCHOOL), rng)
+        assert areas[3] > areas[0]
+
+    def test_the_same_seed_gives_the_same_floor(self, model):
+        graph = make_schools()[3]
+        assert pianta.draw_plan(graph, model, seed=5) == pianta.draw_plan(graph, model, seed=5)
+        assert pianta.draw_plan(graph, model, seed=5) != pianta.draw_plan(graph, model, seed=6)
+
+    def test_corridors_close_a_ring(self, model):
+        ring = join_wings(("CCC",) * 4, ((0, 1), (1, 2), (2, 3), (0, 3)), source="")
+        plan = pianta.draw_plan(ring, model)
+        assert plan.given_up == ()
+        check_floor(plan.floor)
+        assert len(nx.cycle_basis(plan.floor.graph())) == 1
+
+    def test_a_star_of_80_rooms(self, model):
+        plan = pianta.draw_plan(join_wings(("C" * 80,), (), source=""), model)
+        assert plan.given_up == ()
+        assert len(plan.floor) == 81
+
+    def test_doors_that_cannot_be_drawn_are_given_up_and_named(self, model):
+        """K₆ is not planar: some doors have no wall."""
+        graph = nx.complete_graph(6)
+        nx.set_node_attributes(graph, "CLASSROOM", "label")
+        plan = pianta.draw_plan(graph, model)
+        assert plan.given_up
+        doors = {frozenset(edge) for edge in plan.floor.graph().edges}
+        assert doors | set(map(frozenset, plan.given_up)) == list_doors(graph)
+        assert not doors & set(map(frozenset, plan.given_up))
+
+    def test_entrances_lead_out(self, model):
+        graph = make_schools()[0]
+        graph.nodes[5]["label"] = "ENTRANCE"
+        schools = [*make_schools(), graph]
+        for school in schools:
+            nx.set_node_attributes(school, 30.0, "area")
+        plan = pianta.draw_plan(graph, learn_type(schools, SCHOOL))
+        (entrance,) = [door for door in plan.floor.doors if door.is_entrance]
+        assert entrance.room_ids == (6,)
+        outside = box(*unary_union([room.polygon for room in plan.floor]).bounds).buffer(1)
+        rooms = unary_union([room.polygon for room in plan.floor])
+        assert entrance.line.buffer(0.3).intersects(outside.difference(rooms.buffer(0.2)))
+
+    def test_what_cannot_be_drawn_is_refused(self, model):
+        graph = make_schools()[0]
+        with pytest.raises(OptionError, match="graph= is a list"):
+            pianta.draw_plan([graph], model)
+        with pytest.raises(OptionError, match="seed is -1"):
+            pianta.draw_plan(graph, model, seed=-1)
+        with pytest.raises(GraphError, match="in 2 parts"):
+            pianta.draw_plan(nx.disjoint_union(graph, graph), model)
+        with pytest.raises(LabelError, match="have no label"):
+            pianta.draw_plan(nx.path_graph(3), model)
+        bare = replace(model, floors=learn_type(make_schools(), SCHOOL).floors)
+        with pytest.raises(ModelError, match=r"has no areas of rooms 'BATHROOM', 'CLASSROOM', .*train it on floors"):
+            pianta.draw_plan(graph, bare)
+
+
+@pytest.mark.slow
+@settings(deadline=None, max_examples=25)
+@given(
+    st.lists(st.text("CSTA", min_size=1, max_size=6), min_size=1, max_size=5),
+    st.lists(st.tuples(st.integers(0, 30), st.integers(0, 30)), max_size=3),
+    st.integers(0, 99),
+)
+def test_any_graph_is_a_floor_without_overlaps_that_has_all_other_doors(wings, extra, seed):
+    """Chains of wings with further doors between any rooms."""
+    graph = join_wings(tuple(wings), tuple((wing - 1, wing) for wing in range(1, len(wings))), source="")
+    nodes = len(graph)
+    graph.add_edges_from((one % nodes, other % nodes) for one, other in extra if one % nodes != other % nodes)
+    schools = make_schools()
+    for school in schools:
+        for _, room in school.nodes(data=True):
+            room["area"] = AREAS.get(room["label"], OTHER_AREA)
+    plan = pianta.draw_plan(graph, learn_type(schools, SCHOOL), seed=seed)
+    doors = {frozenset(edge) for edge in plan.floor.graph().edges}
+    assert doors | set(map(frozenset, plan.given_up)) == list_doors(graph)
+    check_floor(plan.floor)
