@@ -26,7 +26,7 @@ EDGE_WEIGHTS = (3.0, 2.0, 1.0)  # by the number of corridors at the edge
 RANDOM_WEIGHT = 0.9
 # All lengths in cells of 0.5 m, chosen by hand after the schools of the data.
 DEPTHS = (9, 18)  # shallowest and deepest row of rooms
-CORRIDOR_WIDTHS = (4, 9)  # narrowest and widest corridor
+CORRIDOR_WIDTHS = (3, 9)  # narrowest and widest corridor
 USUAL_WIDTHS = (4.5, 7.0)  # a corridor is longer than its rooms if it would be wider than about this
 HALL_WIDTH = 40  # widest room with rooms on both sides
 SHORTEST = 4  # corridor
