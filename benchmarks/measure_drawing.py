@@ -53,10 +53,9 @@ def main() -> None:
         seconds.append(time.perf_counter() - start)
     doors, given_up = sum(graph.number_of_edges() for graph in graphs), sum(len(plan.given_up) for plan in plans)
     small = [not plan.given_up for plan in plans if len(plan.floor) <= LARGEST_DRAWN]
+    share = 1 - given_up / doors
     print(f"all doors: {sum(not plan.given_up for plan in plans)} of {len(plans)} buildings")
-    print(
-        f"of those up to {LARGEST_DRAWN} rooms {sum(small)} of {len(small)}; {1 - given_up / doors:.2%} of {doors} doors"
-    )
+    print(f"of those up to {LARGEST_DRAWN} rooms {sum(small)} of {len(small)}; {share:.2%} of {doors} doors")
     print(f"{np.mean(seconds):.2f} ± {np.std(seconds):.2f} s, at most {max(seconds):.1f} s")
     compare_areas([plan.floor for plan in plans], model.floors)
     scanned = [plan.floor for plan in plans if len(plan.floor) <= LARGEST_SCANNED][: options.scanned]

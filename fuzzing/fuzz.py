@@ -85,7 +85,10 @@ def list_names() -> list[str]:
 
 def run_piece(name: str, inputs: int, seed: int, out: Path) -> tuple[int, set[str]]:
     """Inputs that a target has read, and its findings: a line each."""
-    with TemporaryDirectory(prefix="pianta-fuzz-") as folder:
+    with TemporaryDirectory(prefix="pianta-fuzz-") as parent:
+        # Commands may read all files of the folder above
+        folder = str(Path(parent, "work"))
+        Path(folder).mkdir()
         command = [sys.executable, str(HERE / "piece.py"), name, folder, str(inputs), str(seed), str(out)]
         done = subprocess.run(command, capture_output=True, check=False, cwd=folder)
         report = Path(folder) / "report.json"
