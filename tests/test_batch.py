@@ -147,6 +147,23 @@ class TestResume:
         monkeypatch.setattr("pianta.batch.run_batch.__version__", "99")
         assert list_new(read(maps, tmp_path / "out", walls=True)) == everything
 
+    @pytest.mark.parametrize("jobs", [1, 2])
+    def test_results_that_were_replaced_without_an_entry_are_not_taken_for_the_old_ones(
+        self, maps, tmp_path, monkeypatch, jobs
+    ):
+        """The program ends between the results and the entry of a map that is read with other options."""
+        read(maps, tmp_path / "out")
+
+        def stop(*_: object) -> None:
+            raise KeyboardInterrupt
+
+        with monkeypatch.context() as patched:
+            patched.setattr(Journal, "record", stop)
+            with pytest.raises(KeyboardInterrupt):
+                read(maps, tmp_path / "out", graph=True, jobs=jobs)
+        assert list_new(read(maps, tmp_path / "out")) == {"a", "b", "c", "broken"}
+        assert list_new(read(maps, tmp_path / "out")) == {"broken"}
+
     def test_options_that_are_left_out_have_their_usual_values(self, maps, tmp_path):
         """What was read without labels is read again with them."""
         read(maps, tmp_path / "out")
@@ -372,6 +389,17 @@ class TestJournal:
             other.execute("create table birds (name)")
         with pytest.raises(OptionError, match="is no journal of this pianta"):
             Journal(tmp_path / "journal-1-of-2.sqlite")
+
+    def test_one_that_may_not_be_written_is_not_to_be_removed(self, tmp_path, monkeypatch):
+        (tmp_path / "journal.sqlite").write_bytes(b"SQLite format 3\0" + b"x" * 5000)
+        monkeypatch.setattr(os, "access", lambda path, _: Path(path) != tmp_path / "journal.sqlite")
+        with pytest.raises(OptionError, match=r"cannot be used: .*; check its permissions and those of its folder"):
+            read_journals(tmp_path)
+
+    def test_files_with_similar_names_are_no_journals(self, tmp_path):
+        (tmp_path / "journal-notes.sqlite").write_text("birds")
+        with pytest.raises(OptionError, match=r"has no journal\.sqlite"):
+            read_journals(tmp_path)
 
     def test_a_folder_without_one_is_refused(self, tmp_path):
         with pytest.raises(OptionError, match=r"has no journal\.sqlite, read files into it first"):

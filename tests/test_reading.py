@@ -214,6 +214,9 @@ class TestReading:
         assert two.floors == (first.floor, first.floor)
         assert two.save(tmp_path) == [tmp_path / "floor-1", tmp_path / "floor-2"]
         assert {path.parent.name for path in tmp_path.rglob("*.png")} == {"floor-1", "floor-2"}
+        assert (tmp_path / "building.json").is_file()
+        reading.save(tmp_path)
+        assert not (tmp_path / "building.json").exists()
 
     def test_does_not_replace_its_input(self, reading, tmp_path):
         from_picture = replace(reading, path=tmp_path / "rooms.png")

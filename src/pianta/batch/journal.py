@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import re
 import sqlite3
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import closing, suppress
 from dataclasses import astuple, dataclass
 from pathlib import Path
@@ -54,6 +55,7 @@ _CREATE = """create table if not exists entries (
     seconds real not null, "group" text not null, fault text not null, description text not null)"""
 _CREATE_ABOUT = "create table if not exists about (verb text not null)"
 _RECORD = "insert or replace into entries values (?, ?, ?, ?, ?, ?, ?, ?, ?)"
+_INVALIDATE = "update entries set inputs = '' where path = ?"
 _SELECT = """select path, folder, inputs, options, version, seconds, "group", fault, description
     from entries order by path"""
 
@@ -141,6 +143,15 @@ class Journal:
         except sqlite3.Error as error:
             raise _as_option_error(self.file, error) from None
 
+    def invalidate(self, paths: Iterable[str]) -> None:
+        """Let files count as changed: their results are replaced from now on, and may be so without an entry."""
+        try:
+            self._connection.execute("begin immediate")
+            self._connection.executemany(_INVALIDATE, ([path] for path in paths))
+            self._connection.execute("commit")
+        except sqlite3.Error as error:
+            raise _as_option_error(self.file, error) from None
+
     def record(self, entry: Entry) -> None:
         """Write an entry, over the one before of the same file."""
         try:
@@ -212,7 +223,7 @@ def read_journals(folder: Path) -> list[Entry]:
 
     Raises OptionError without a journal, and for one that is damaged or being written.
     """
-    files = sorted(folder.glob(PATTERN)) if folder.is_dir() else []
+    files = sorted(file for file in folder.glob(PATTERN) if _NAME.fullmatch(file.name)) if folder.is_dir() else []
     if not files:
         raise OptionError(f"folder {short_repr(folder)} has no {JOURNAL}, read files into it first")
     entries: dict[str, Entry] = {}
@@ -234,6 +245,7 @@ def _as_option_error(file: Path, error: sqlite3.Error) -> OptionError:
         return OptionError(
             f"journal {short_repr(file)} is in use by another pianta, wait for it or give another folder"
         )
-    return OptionError(
-        f"journal {short_repr(file)} cannot be used: {one_line_reason(error)}; remove it, and all files are read again"
-    )
+    remedy = "remove it, and all files are read again"
+    if not os.access(file.parent, os.W_OK) or (file.exists() and not os.access(file, os.R_OK | os.W_OK)):
+        remedy = "check its permissions and those of its folder"
+    return OptionError(f"journal {short_repr(file)} cannot be used: {one_line_reason(error)}; {remedy}")

@@ -151,6 +151,7 @@ class Batch:
             left = [item for item in items if item.key not in keys]
             if self.run.only_failed:
                 left = self._choose_failed(left, entries)
+            journal.invalidate(item.key for item in left if item.key in entries)
             report = progress or (lambda _done, _all: None)
             report(0, len(left))
             for item in done:

@@ -38,9 +38,10 @@ OUTPUTS = ("floor.geojson", "rooms.png", "graph.json", "picture.png", "grid.npz"
 PAPER = "paper.png"
 # The floor as it was read, if it has corrections.
 UNCORRECTED = "uncorrected.geojson"
-OPTIONAL = (PAPER, UNCORRECTED)
 # The picture of an explanation, beside them.
 EXPLANATION = "explain.png"
+# Results that not every reading has; building.json is of several storeys.
+OPTIONAL = (PAPER, UNCORRECTED, EXPLANATION, BUILDING_FILE)
 
 
 @dataclass(frozen=True, eq=False)
