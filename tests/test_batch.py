@@ -11,6 +11,7 @@ from collections import Counter
 from collections.abc import Iterator
 from contextlib import closing
 from pathlib import Path
+from shutil import copytree
 
 import numpy as np
 import psutil
@@ -24,6 +25,7 @@ from pianta.batch.journal import Entry, Journal, read_journals
 from pianta.batch.processes import Fault, run_items
 from pianta.errors import OptionError
 from pianta.gridmap import FREE, OCCUPIED, GridMap
+from pianta.io._folders import atomic_folder
 from pianta.reading._reader import Reader
 from pianta.reading.reading import OUTPUTS, Reading
 from tests.command_line import list_files, run_pianta
@@ -54,6 +56,10 @@ def read(maps: Path, out: Path, **options) -> dict[str, pianta.BatchItem]:
     items = [*pianta.read_batch([maps], out=out, labels=False, **options)]
     assert len({item.path for item in items}) == len(items)
     return {item.path.stem: item for item in items}
+
+
+def count_rooms(reading: Reading) -> int:
+    return len(reading.floor)
 
 
 def list_new(items: dict[str, pianta.BatchItem]) -> set[str]:
@@ -114,6 +120,19 @@ class TestInputs:
             list_inputs([f"{tmp_path}/*.yaml"])
         with pytest.raises(OptionError, match=r"has no map or plan, give one with a map\.yaml"):
             list_inputs([tmp_path])
+
+    def test_folders_without_maps_that_a_pattern_matches_are_passed_over(self, maps):
+        (maps / "empty").mkdir()
+        assert [path.name for path in list_inputs([f"{maps}/*"])] == ["a.yaml", "b.yaml", "broken.npz", "c.yaml"]
+        with pytest.raises(OptionError, match="has no map or plan"):
+            list_inputs([f"{maps}/e*"])
+
+    @pytest.mark.parametrize("line", ["image: a.png", "'image': \"a.png\"  # the map", "image:a.png"])
+    def test_the_image_of_a_faulty_map_is_no_input(self, maps, line):
+        (maps / "a" / "a.yaml").write_text(f"resolution: none\n{line}\n")
+        make_map().save(maps / "a" / "b.yaml")
+        names = {path.name for path in list_inputs([maps / "a"])}
+        assert names == {"a.yaml", "b.yaml"}
 
 
 class TestResume:
@@ -179,11 +198,11 @@ class TestResume:
         assert mended["broken"].fault is None
 
     def test_only_failed_does_not_mix_batches(self, maps, tmp_path):
-        with pytest.raises(OptionError, match="has no journal yet, leave it out"):
+        with pytest.raises(OptionError, match="has no journal yet, so nothing has failed; leave out only_failed="):
             read(maps, tmp_path / "out", only_failed=True)
         assert not (tmp_path / "out").exists()
         read(maps, tmp_path / "out")
-        with pytest.raises(OptionError, match="has results with other options or of another version, give the same"):
+        with pytest.raises(OptionError, match="has results with other options or of another version; give the same"):
             read(maps, tmp_path / "out", only_failed=True, walls=True)
         assert list_new(read(maps, tmp_path / "out", only_failed=True)) == {"broken"}
 
@@ -204,6 +223,55 @@ class TestResume:
         assert [items[name].description for name in ("a", "b", "c", "broken")] == [2, 2, 2, None]
         assert list_new(items) == {"broken"}
 
+    @pytest.mark.parametrize("damage", ["other", '"other"', '{"by": "someone"}', "null"])
+    def test_descriptions_of_others_are_made_anew(self, maps, tmp_path, damage):
+        (maps / "broken.npz").unlink()
+        read(maps, tmp_path / "out", describe=lambda _: "theirs")
+        with closing(sqlite3.connect(tmp_path / "out" / "journal.sqlite")) as journal, journal:
+            journal.execute("update entries set description = ? where folder = 'a'", [damage])
+        assert list_new(read(maps, tmp_path / "out")) == set()
+        items = read(maps, tmp_path / "out", describe=count_rooms)
+        assert {name: item.description for name, item in items.items()} == {"a": 2, "b": 2, "c": 2}
+        assert list_new(items) == {"a", "b", "c"}
+
+    def test_moved_maps_are_not_read_again(self, maps, tmp_path):
+        read(maps, tmp_path / "out")
+        (tmp_path / "new").mkdir()
+        moved = maps.rename(tmp_path / "new" / "maps")
+        assert list_new(read(moved, tmp_path / "out")) == {"broken"}
+        assert [entry.folder for entry in read_journals(tmp_path / "out")] == ["a", "b", "broken", "c"]
+
+    def test_copied_maps_are_others(self, maps, tmp_path):
+        read(maps, tmp_path / "out")
+        copied = Path(copytree(maps, tmp_path / "copied"))
+        assert {item.folder.name for item in read(copied, tmp_path / "out").values() if item.fault is None} == {
+            "a-2",
+            "b-2",
+            "c-2",
+        }
+
+    def test_a_path_with_dots_is_the_same_file(self, maps, tmp_path):
+        read(maps, tmp_path / "out")
+        assert list_new(read(maps / "a" / "..", tmp_path / "out")) == {"broken"}
+
+    def test_dots_after_a_link_lead_to_another_file(self, maps, tmp_path):
+        """link/.. is the folder of the target of a link."""
+        (tmp_path / "other").mkdir()
+        (tmp_path / "other" / "link").symlink_to(maps / "a")
+        make_map(3).save(tmp_path / "other" / "x.npz")
+        make_map(4).save(maps / "x.npz")
+        items = pianta.read_batch(
+            [tmp_path / "other" / "link" / ".." / "x.npz", tmp_path / "other" / "x.npz"],
+            out=tmp_path / "out",
+            labels=False,
+            describe=count_rooms,
+        )
+        assert sorted(item.description for item in items) == [3, 4]
+
+    def test_only_failed_and_no_resume_contradict_each_other(self, maps, tmp_path):
+        code, _, err = run_pianta("read", maps, "-o", tmp_path / "out", "--retry-failed", "--no-resume")
+        assert (code, err) == (2, "error: --retry-failed and --no-resume contradict each other, leave one out\n")
+
     def test_names_that_are_no_utf8_or_those_of_our_folders(self, tmp_path):
         maps = tmp_path / "maps"
         maps.mkdir()
@@ -218,8 +286,51 @@ class TestResume:
         assert [item.is_new for item in again] == 4 * [False]
 
 
-def count_rooms(reading: Reading) -> int:
-    return len(reading.floor)
+class TestOutputFolder:
+    def test_results_do_not_replace_or_hide_other_inputs(self, maps, tmp_path):
+        """The results of house.yaml would be in the folder of another map."""
+        for folder in (maps / "a", maps / "b", maps / "c"):
+            folder.rename(folder.with_name(f"{folder.name}-old"))
+        make_map().save(maps / "a-old.npz")
+        with pytest.raises(
+            OptionError,
+            match=r"file '.*a\.yaml' is in folder '.*a-old', in which the results of '.*a-old\.npz' would be; give",
+        ):
+            read(maps, maps)
+        assert not (maps / "journal.sqlite").exists()
+
+    def test_a_map_called_like_a_table_or_a_journal_gets_another_name(self, maps, tmp_path):
+        make_map().save(maps / "buildings.parquet.npz")
+        assert read(maps, tmp_path / "out")["buildings.parquet"].folder.name == "buildings.parquet-2"
+
+    def test_a_part_does_not_take_the_folder_of_another_one(self, maps, tmp_path):
+        """Of two parts that were given different files, with one name."""
+        other = tmp_path / "other" / "a.npz"
+        other.parent.mkdir()
+        make_map().save(other)
+        with Journal(tmp_path / "out.sqlite") as journal:
+            journal.record(Entry("/elsewhere/a.npz", "a", "a.npz 1 2", "", "", 1.0))
+        (tmp_path / "out").mkdir()
+        shards = [(f"{number}/2", f"journal-{3 - number}-of-2.sqlite") for number in (1, 2)]
+        for shard, sibling in shards:
+            (tmp_path / "out.sqlite").rename(tmp_path / "out" / sibling)
+            folders = {item.folder.name for item in read(other.parent, tmp_path / "out", shard=shard).values()}
+            assert folders <= {"a-2"}
+            (tmp_path / "out" / sibling).rename(tmp_path / "out.sqlite")
+            for own in (tmp_path / "out").glob("journal*"):
+                own.unlink()
+
+    @pytest.mark.parametrize("name", ["journal.sqlite", "rooms.parquet", "floor.geojson"])
+    def test_json_does_not_replace_a_journal_or_a_result(self, maps, tmp_path, name):
+        code, _, err = run_pianta("read", maps, "-o", tmp_path / "out", "--json", tmp_path / name)
+        assert code == 2
+        assert "has the name of another result, give another name" in err
+
+    def test_the_folder_that_is_proposed_for_one_file_is_free(self, maps, tmp_path):
+        read(maps, tmp_path / "out")
+        code, _, err = run_pianta("read", maps / "a" / "a.yaml", "-o", tmp_path / "out")
+        assert code == 2
+        assert err.endswith(f"such as -o '{tmp_path / 'out' / 'a-2'}'\n")
 
 
 class TestFaults:
@@ -255,6 +366,24 @@ class TestFaults:
         assert outcomes[30].fault == Fault("time", "it took longer than 5 s")
 
     @pytest.mark.slow
+    def test_an_item_that_is_ended_leaves_no_temporary_folder(self, tmp_path):
+        (outcome,) = run_items(write_and_hang, [tmp_path / "out"], jobs=2, time_limit=4)
+        assert outcome.fault == Fault("time", "it took longer than 4 s")
+        assert [path.name for path in tmp_path.iterdir()] == ["started"]
+
+    @pytest.mark.slow
+    def test_a_program_without_the_guard_of_main_is_told_so(self, maps, tmp_path):
+        """Each process would run the program again."""
+        program = tmp_path / "program.py"
+        program.write_text(f"import pianta\nfor item in pianta.read_batch([{str(maps)!r}], out='out', jobs=2): pass\n")
+        done = subprocess.run([sys.executable, program], cwd=tmp_path, capture_output=True, text=True, check=False)
+        assert done.stderr.splitlines()[-1].endswith(
+            "put the program under `if __name__ == '__main__':`, or give jobs=1"
+        )
+        assert done.stderr.count("Traceback") == 1
+        assert not (tmp_path / "out").exists()
+
+    @pytest.mark.slow
     def test_an_item_whose_process_was_killed_once_is_done_again(self, tmp_path):
         items = [tmp_path / str(number) for number in range(4)]
         outcomes = [*run_items(die_once, items, jobs=2)]
@@ -277,7 +406,7 @@ class TestFaults:
     @pytest.mark.slow
     def test_processes_that_never_start_end_the_batch(self, monkeypatch):
         monkeypatch.setattr(processes, "MAX_BREAKS", 2)
-        with pytest.raises(OptionError, match="2 times in turn processes ended while they started, give jobs=1"):
+        with pytest.raises(OptionError, match="2 times in turn processes ended while they started; put"):
             list(run_items(str, [DiesWhenReceived()], jobs=2))
 
     @pytest.mark.slow
@@ -305,6 +434,13 @@ def sleep_or_square(number: int) -> int:
     if number == 30:
         time.sleep(60)
     return number**2
+
+
+def write_and_hang(folder: Path) -> None:
+    with atomic_folder(folder) as new:
+        (new / "half").write_text("half-written")
+        (folder.parent / "started").touch()
+        time.sleep(60)
 
 
 def die_once(marker: Path) -> str:
@@ -444,6 +580,15 @@ class TestCollection:
             assert stored.num_row_groups == (
                 1 if row_group == 1000 else {1: 3, 2: {"rooms": 3}.get(name, 2)}[row_group]
             )
+
+    def test_a_batch_on_a_disk_that_cannot_be_written_is_collected(self, maps, tmp_path, monkeypatch):
+        pytest.importorskip("geopandas")
+        read(maps, tmp_path / "out")
+        before = list_files(tmp_path / "out")
+        access = os.access
+        monkeypatch.setattr(os, "access", lambda path, mode: mode != os.W_OK and access(path, mode))
+        assert [entry.folder for entry in read_journals(tmp_path / "out")] == ["a", "b", "broken", "c"]
+        assert list_files(tmp_path / "out") == before
 
     def test_results_that_are_gone_are_an_error(self, maps, tmp_path):
         read(maps, tmp_path / "out")

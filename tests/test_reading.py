@@ -11,6 +11,8 @@ import pytest
 from PIL import Image
 
 import pianta
+from pianta.corrections.corrections_file import save_corrections
+from pianta.corrections.kinds import LabelRoom
 from pianta.errors import FloorError, MapError, MapWarning, ModelError, OptionError
 from pianta.reading._reader import ReadOptions
 from pianta.reading.reading import OUTPUTS, Reading, StoreyReading
@@ -196,6 +198,13 @@ class TestRead:
         assert {option.name for option in options} == ReadOptions.__annotations__.keys()
 
 
+def repeat_storey(reading: Reading, count: int) -> Reading:
+    """A reading with the floor of another one on each of its storeys."""
+    first = reading.storeys[0]
+    names = [f"floor-{number}" for number in range(1, count + 1)]
+    return replace(reading, storeys=tuple(StoreyReading(first.floor, first.grid, name=name) for name in names))
+
+
 class TestReading:
     @pytest.mark.usefixtures("_hidden")
     def test_is_drawn_on_its_map(self, reading):
@@ -209,14 +218,34 @@ class TestReading:
 
     def test_storeys_are_written_into_a_folder_each(self, reading, tmp_path):
         first = reading.storeys[0]
-        storeys = tuple(StoreyReading(first.floor, first.grid, name=name) for name in ("floor-1", "floor-2"))
-        two = replace(reading, storeys=storeys)
+        two = repeat_storey(reading, 2)
         assert two.floors == (first.floor, first.floor)
         assert two.save(tmp_path) == [tmp_path / "floor-1", tmp_path / "floor-2"]
         assert {path.parent.name for path in tmp_path.rglob("*.png")} == {"floor-1", "floor-2"}
         assert (tmp_path / "building.json").is_file()
+
+    def test_storeys_and_a_single_floor_replace_each_other(self, reading, tmp_path):
+        (tmp_path / "floor-9").mkdir()
+        (tmp_path / "floor-9" / "notes.txt").write_text("a user's own")
         reading.save(tmp_path)
-        assert not (tmp_path / "building.json").exists()
+        for count in (3, 2):
+            repeat_storey(reading, count).save(tmp_path)
+        assert {path.name for path in tmp_path.iterdir()} == {"building.json", "floor-1", "floor-2", "floor-9"}
+        reading.save(tmp_path)
+        assert {path.name for path in tmp_path.iterdir()} == {*OUTPUTS, "floor-9"}
+
+    def test_corrections_of_a_storey_that_goes_are_kept(self, reading, tmp_path):
+        repeat_storey(reading, 2).save(tmp_path)
+        corrections = [LabelRoom((1.0, 1.0), "KITCHEN")]
+        save_corrections(corrections, tmp_path / "floor-2" / "corrections.json")
+        with pytest.raises(OptionError, match="floor-2' has 1 correction, which would be lost"):
+            reading.save(tmp_path)
+        assert (tmp_path / "building.json").is_file()
+
+    def test_files_of_a_user_beside_storeys_stay(self, reading, tmp_path):
+        (tmp_path / "picture.png").write_text("a user's own")
+        repeat_storey(reading, 2).save(tmp_path)
+        assert (tmp_path / "picture.png").read_text(encoding="utf-8") == "a user's own"
 
     def test_does_not_replace_its_input(self, reading, tmp_path):
         from_picture = replace(reading, path=tmp_path / "rooms.png")

@@ -128,8 +128,8 @@ def generate_batch(
     graphs = {name: _describe_floor(options[name]) for name in ("similar_to", "keep")}
     content = dump_type_model(model).decode()
     digest = digest_options({**options, **graphs, "seed": seed, "model": content, "plans": plans})
-    batch = Batch(target, "generate", digest, run)
-    return batch.do_all(lambda _: _list_parts(target, count), _Work(sampler, seed, plans), progress)
+    batch = Batch(target, "generate", digest, run, "generate")
+    return batch.do_all([*_list_parts(target, count)], _Work(sampler, seed, plans), progress)
 
 
 def count_repeats(parts: Iterable[BatchItem]) -> int:
@@ -249,7 +249,7 @@ def _name_buildings(numbers: Iterable[int]) -> list[str]:
 def _make_item(out: Path, number: int, part: range) -> WorkItem[range]:
     folder = out / f"part-{number:04}"
     undone = f"buildings {part[0] + 1} to {part[-1] + 1} cannot be generated"
-    return WorkItem(folder.name, folder, str(len(part)), folder, undone, part)
+    return WorkItem(folder.name, folder, (), str(len(part)), folder, undone, part)
 
 
 def _describe_floor(floor: Floor | nx.Graph | None) -> Any:  # noqa: ANN401  # what JSON can hold

@@ -20,7 +20,7 @@ from pianta.plan.sheets.map_or_plan import PLAN_SUFFIXES
 # JSON files are read if they are given themselves: most in folders are no maps
 SUFFIXES = tuple(suffix for suffix in dict.fromkeys([*MAP_SUFFIXES, *PLAN_SUFFIXES]) if suffix != JSON_SUFFIX)
 RESULTS = (FLOOR_FILE, "prediction.json")  # in folders of results
-_IMAGE_LINE = re.compile(rb"^\s*[\"']?image[\"']?\s*:", re.MULTILINE)
+_IMAGE_LINE = re.compile(rb"^\s*[\"']?image[\"']?\s*:[ \t]*[\"']?([^\"'#\r\n]*)", re.MULTILINE)
 HEAD_BYTES = 65536  # of a YAML file, in which a map names its image
 
 
@@ -30,18 +30,21 @@ def list_inputs(paths: Iterable[str | Path]) -> list[Path]:
     A pattern with *, ? or [ ] stands for the files and folders that match, sorted, ** for any folders; a folder for the
     maps and plans in it and its subfolders. Of a folder hidden files, results of `pianta read`, `predict` and
     `generate`, images that a map.yaml names, and YAML files without an image are left out.
-    Raises OptionError, in one line, for a pattern that nothing matches and a folder without a map or plan.
+    Raises OptionError, in one line, for a pattern that nothing matches and folders without a map or plan.
     """
     files: dict[Path, Path] = {}
-    for path in expand_patterns(paths):
-        inside = [*_list_folder(path)] if is_folder(path) and not is_bag(path) else [path]
-        if not inside:
-            raise OptionError(
-                f"folder {short_repr(path)} has no map or plan, give one with a map.yaml, pictures or drawings"
-            )
-        for file in inside:
+    for pattern in paths:
+        found = [file for path in expand_patterns([pattern]) for file in _list_path(path)]
+        if not found:
+            remedy = "give one with a map.yaml, pictures or drawings"
+            raise OptionError(f"folder {short_repr(pattern)} has no map or plan, {remedy}")
+        for file in found:
             files.setdefault(real_path(file), file)
     return [*files.values()]
+
+
+def _list_path(path: Path) -> Iterable[Path]:
+    return _list_folder(path) if is_folder(path) and not is_bag(path) else [path]
 
 
 def is_collection(path: str | Path) -> bool:
@@ -78,8 +81,9 @@ def _list_folder(folder: Path) -> Iterator[Path]:
         bags = [inner for inner in folders if is_bag(Path(name, inner))]
         folders[:] = sorted(inner for inner in folders if not inner.startswith(".") and inner not in bags)
         files = [Path(name, file) for file in names if not file.startswith(".")]
-        maps = [file for file in files if file.suffix.lower() in YAML_SUFFIXES and _names_image(file)]
-        images = {real_path(image) for image in map(find_map_image, maps) if image}
+        named = {file: _find_image(file) for file in files if file.suffix.lower() in YAML_SUFFIXES}
+        maps = [file for file, image in named.items() if image is not None]
+        images = {real_path(image) for image in named.values() if image}
         others = [
             file for file in files if file.suffix.lower() in SUFFIXES and file.suffix.lower() not in YAML_SUFFIXES
         ]
@@ -97,10 +101,13 @@ def refuse_folder(error: OSError) -> None:
     raise OptionError(f"folder {short_repr(error.filename)} cannot be listed: {one_line_reason(error)}")
 
 
-def _names_image(file: Path) -> bool:
-    """Whether a YAML file names an image, as that of a map does."""
+def _find_image(file: Path) -> Path | None:
+    """The image that a YAML file names, as that of a map does, also if the file has faults; None without one."""
+    if image := find_map_image(file):
+        return image
     try:
         with file.open("rb") as opened:
-            return bool(_IMAGE_LINE.search(opened.read(HEAD_BYTES)))
+            line = _IMAGE_LINE.search(opened.read(HEAD_BYTES))
     except OSError:
-        return True
+        return file
+    return file.parent / os.fsdecode(line[1].strip()) if line else None

@@ -5,19 +5,21 @@ from __future__ import annotations
 import os
 import re
 import sqlite3
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import closing, suppress
 from dataclasses import astuple, dataclass
 from pathlib import Path
 from types import TracebackType
 from typing import Self
 
+from pianta.batch.geoparquet import TABLES
 from pianta.errors import OptionError
 from pianta.io._files import one_line_reason, short_repr
 
 JOURNAL = "journal.sqlite"
 PATTERN = "journal*.sqlite"
 FAULTS = "faults"  # the folder of reports on what was unforeseen, beside it
+TABLE_FILES = tuple(f"{table}.parquet" for table in TABLES)  # of `pianta collect`, beside it
 SUFFIXES = ("", "-wal", "-shm", "-journal")  # of a journal, and of what SQLite writes beside it
 _NAME = re.compile(r"journal(?:-(?P<number>[0-9]+)-of-(?P<total>[0-9]+))?\.sqlite")
 READ = "read"  # the verb of a journal, unless another is given
@@ -56,6 +58,7 @@ _CREATE = """create table if not exists entries (
 _CREATE_ABOUT = "create table if not exists about (verb text not null)"
 _RECORD = "insert or replace into entries values (?, ?, ?, ?, ?, ?, ?, ?, ?)"
 _INVALIDATE = "update entries set inputs = '' where path = ?"
+_RENAME = "update or replace entries set path = ? where path = ?"
 _SELECT = """select path, folder, inputs, options, version, seconds, "group", fault, description
     from entries order by path"""
 
@@ -82,8 +85,8 @@ class Journal:
         except sqlite3.Error as error:
             self._connection.close()
             raise _as_option_error(file, error) from None
-        except OptionError:
-            self._connection.close()
+        except BaseException:  # also of a signal, after which an empty journal would stay
+            self.__exit__(None, None, None)
             raise
 
     def _open(self) -> None:
@@ -143,6 +146,15 @@ class Journal:
         except sqlite3.Error as error:
             raise _as_option_error(self.file, error) from None
 
+    def rename(self, paths: Mapping[str, str]) -> None:
+        """Give entries new paths: old path -> new path."""
+        try:
+            self._connection.execute("begin immediate")
+            self._connection.executemany(_RENAME, ((new, old) for old, new in paths.items()))
+            self._connection.execute("commit")
+        except sqlite3.Error as error:
+            raise _as_option_error(self.file, error) from None
+
     def invalidate(self, paths: Iterable[str]) -> None:
         """Let files count as changed: their results are replaced from now on, and may be so without an entry."""
         try:
@@ -171,9 +183,9 @@ def has_journal(folder: Path) -> bool:
 
 
 def is_reserved(name: str) -> bool:
-    """Whether a name in the folder of a batch is that of a journal, of what SQLite writes beside it, or of reports."""
+    """Whether a name in the folder of a batch is that of reports, a table, a journal, or what is beside a journal."""
     folded = name.casefold()
-    return folded == FAULTS or any(_NAME.fullmatch(folded.removesuffix(suffix)) for suffix in SUFFIXES)
+    return folded in {FAULTS, *TABLE_FILES} or any(_NAME.fullmatch(folded.removesuffix(suffix)) for suffix in SUFFIXES)
 
 
 def remove_journal(file: Path) -> None:
@@ -206,12 +218,24 @@ def check_journals(folder: Path, part: tuple[int, int] | None, verb: str) -> Non
 
 def _read_verb(file: Path) -> str | None:
     """Whose journal a file is, which another program may be writing; None if unknown."""
-    with (
-        suppress(sqlite3.Error),
-        closing(sqlite3.connect(f"{file.absolute().as_uri()}?immutable=1", uri=True)) as open_,
-    ):
+    with suppress(sqlite3.Error), closing(_open_immutable(file)) as open_:
         return next((str(verb) for (verb,) in open_.execute("select verb from about")), None)
     return None
+
+
+def read_siblings(folder: Path, part: tuple[int, int] | None) -> list[Entry]:
+    """The entries of the journals of the other parts, without those that other programs have just written."""
+    entries: list[Entry] = []
+    for file in sorted(folder.glob(PATTERN)) if part else ():
+        if file.name != name_journal(part):
+            with suppress(sqlite3.Error), closing(_open_immutable(file)) as open_:
+                entries += _select_entries(open_)
+    return entries
+
+
+def _open_immutable(file: Path) -> sqlite3.Connection:
+    """A journal as it is, which another program may be writing."""
+    return sqlite3.connect(f"{file.absolute().as_uri()}?immutable=1", uri=True)
 
 
 def _is_of(verb: str, folder: Path) -> OptionError:
@@ -228,11 +252,25 @@ def read_journals(folder: Path) -> list[Entry]:
         raise OptionError(f"folder {short_repr(folder)} has no {JOURNAL}, read files into it first")
     entries: dict[str, Entry] = {}
     for file in files:
-        with Journal(file) as journal:
-            for path, entry in journal.read_entries().items():
-                if path not in entries or entry.is_done:
-                    entries[path] = entry
+        for entry in _read_entries(file):
+            if entry.path not in entries or entry.is_done:
+                entries[entry.path] = entry
     return [entries[path] for path in sorted(entries)]
+
+
+def _read_entries(file: Path) -> list[Entry]:
+    """The entries of a journal, which may be on a disk that cannot be written. Raises OptionError."""
+    unwritten = file.with_name(f"{file.name}-wal")
+    if os.access(file, os.W_OK) and os.access(file.parent, os.W_OK):
+        with Journal(file) as journal:
+            return [*journal.read_entries().values()]
+    try:
+        if unwritten.exists() and unwritten.stat().st_size:
+            raise sqlite3.OperationalError("a stopped batch has left entries beside it")
+        with closing(_open_immutable(file)) as open_:
+            return [*_select_entries(open_)]
+    except sqlite3.Error as error:
+        raise _as_option_error(file, error) from None
 
 
 def _select_entries(connection: sqlite3.Connection) -> Iterator[Entry]:

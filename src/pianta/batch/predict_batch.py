@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import os
 import warnings
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pianta._arguments import check_argument
 from pianta.batch.inputs import expand_patterns, refuse_folder
-from pianta.batch.journal import Entry
 from pianta.batch.run_batch import (
     Batch,
     BatchItem,
@@ -22,11 +21,11 @@ from pianta.batch.run_batch import (
     collect_warnings,
     describe_files,
     digest_options,
-    name_items,
+    name_file,
 )
 from pianta.errors import BuildingWarning, GraphError, LabelError, OptionError, PiantaError
 from pianta.floor import Floor
-from pianta.io._files import as_utf8, real_path, short_repr
+from pianta.io._files import real_path, short_repr
 from pianta.io._folders import atomic_folder, check_output_folder, number_outputs
 from pianta.io.graphs import FLOOR_FILE
 from pianta.reading.read import name_folders
@@ -121,16 +120,11 @@ def predict_batch(
     check_output_folder(target)
     options = {"count": count, "seed": seed, "explored": explored, "as_printed": as_printed}
     digest = digest_options({**options, "model": dump_type_model(model).decode()})
-    unnamed = [_make_item(file, target) for file in files]
     names = name_folders([file.parent if file.name == FLOOR_FILE else file for file in files])
+    items = [_make_item(file, target / name) for file, name in zip(files, names, strict=True)]
     work = _Work(FloorPredictor(model, count, seed, explored, as_printed))
-
-    def list_items(entries: Mapping[str, Entry]) -> Iterator[WorkItem[None]]:
-        for item in name_items(unnamed, names, entries):
-            name_samples(item.path, count, item.folder)
-            yield item
-
-    return Batch(target, "predict", digest, run).do_all(list_items, work, progress)
+    batch = Batch(target, "predict", digest, run, "predict")
+    return batch.do_all(items, work, progress, check=lambda item: name_samples(item.path, count, item.folder))
 
 
 def name_samples(floor: Path, count: int, out: Path) -> list[str]:
@@ -169,9 +163,9 @@ def _list_folder(folder: Path) -> Iterator[Path]:
             yield Path(name, FLOOR_FILE)
 
 
-def _make_item(file: Path, out: Path) -> WorkItem[None]:
+def _make_item(file: Path, folder: Path) -> WorkItem[None]:
     undone = f"floor {short_repr(file)} cannot be predicted"
-    return WorkItem(as_utf8(str(file.absolute())), out, describe_files([file]), file, undone, None)
+    return WorkItem(name_file(file), folder, (file,), describe_files([file]), file, undone, None)
 
 
 @dataclass(frozen=True)

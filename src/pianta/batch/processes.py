@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import multiprocessing
 import os
+import signal
 import threading
 import time
 from collections import Counter
@@ -12,11 +13,14 @@ from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, wait
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from dataclasses import dataclass
+from multiprocessing.context import SpawnContext, SpawnProcess
 from time import perf_counter
 from traceback import format_exception
-from typing import TYPE_CHECKING, Generic, TypeVar
+from types import FrameType
+from typing import TYPE_CHECKING, ClassVar, Generic, TypeVar
 
 from pianta.errors import OptionError, PiantaError
+from pianta.io._folders import remove_open_folders
 
 if TYPE_CHECKING:
     from pebble import ProcessPool
@@ -69,7 +73,14 @@ def run_items(
         for item in items:
             yield guard_item(work, item)
         return
+    end_in_start()
     yield from _run_in_processes(work, items, jobs, time_limit)
+
+
+def end_in_start() -> None:
+    """End a process that starts, if the program would start processes in it: it has no `if __name__ == "__main__":`."""
+    if getattr(multiprocessing.current_process(), "_inheriting", False):
+        os._exit(1)
 
 
 def guard_item(work: Callable[[Item], Result], item: Item) -> Outcome[Item, Result]:
@@ -132,7 +143,28 @@ def _run_in_processes(
         waiting += sorted(running.values(), reverse=True)
         breaks += 1
         if breaks > MAX_BREAKS:
-            raise OptionError(f"{MAX_BREAKS} times in turn processes ended while they started, give jobs=1")
+            fault = f"{MAX_BREAKS} times in turn processes ended while they started"
+            raise OptionError(f"{fault}; put the program under `if __name__ == '__main__':`, or give jobs=1")
+
+
+class _Process(SpawnProcess):
+    """A process that Ctrl+C does not interrupt, also while it starts: the program ends it."""
+
+    def start(self) -> None:
+        if not hasattr(signal, "pthread_sigmask"):
+            super().start()
+            return
+        before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+        try:
+            super().start()
+        finally:
+            signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+class _Context(SpawnContext):
+    """Starts such processes."""
+
+    Process: ClassVar[type[SpawnProcess]] = _Process
 
 
 @contextmanager
@@ -144,7 +176,7 @@ def _open_pool(jobs: int) -> Iterator[ProcessPool]:
     threads = max(1, (os.cpu_count() or 1) // jobs)
     pool = ProcessPool(
         max_workers=jobs,
-        context=multiprocessing.get_context("spawn"),
+        context=_Context(),
         initializer=_prepare_process,
         initargs=[threads],
     )
@@ -161,7 +193,14 @@ def _prepare_process(threads: int) -> None:
     It would write results later, over those of the program that is started again.
     """
     limit_threads(threads)
+    signal.signal(signal.SIGTERM, _end)
     threading.Thread(target=_end_with_parent, args=[os.getppid()], daemon=True).start()
+
+
+def _end(number: int, _frame: FrameType | None) -> None:
+    """End a process without remains: at Ctrl+C, at the end of its time."""
+    remove_open_folders()
+    os._exit(128 + number)
 
 
 def _end_with_parent(parent: int) -> None:

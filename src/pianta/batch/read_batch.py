@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from inspect import signature
 from pathlib import Path
 from typing import Any, Unpack
 
 from pianta.batch.inputs import list_inputs
-from pianta.batch.journal import READ, Entry
+from pianta.batch.journal import READ
 from pianta.batch.run_batch import (
     Batch,
     BatchItem,
@@ -19,10 +19,10 @@ from pianta.batch.run_batch import (
     collect_warnings,
     describe_files,
     digest_options,
-    name_items,
+    name_file,
 )
 from pianta.errors import OptionError
-from pianta.io._files import as_utf8, short_repr
+from pianta.io._files import short_repr
 from pianta.io._folders import check_output_folder
 from pianta.reading._reader import Reader, ReadOptions
 from pianta.reading.read import name_folders, read
@@ -112,18 +112,15 @@ def read_batch(
     work = _Work(Reader.make(**options), describe, walls, graph)
     defaults = {name: parameter.default for name, parameter in signature(read).parameters.items() if name != "path"}
     digest = digest_options({**defaults, **options, "walls": walls, "graph": graph}, list_input_files)
-    unnamed = [_make_item(file, target) for file in files]
-
-    def list_items(entries: Mapping[str, Entry]) -> Iterator[WorkItem[None]]:
-        return name_items(unnamed, name_folders(files), entries)
-
-    return Batch(target, READ, digest, run, describes=describe is not None).do_all(list_items, work, progress)
+    items = [_make_item(file, target / name) for file, name in zip(files, name_folders(files), strict=True)]
+    describer = "" if describe is None else f"{describe.__module__}.{getattr(describe, '__qualname__', describe)}"
+    return Batch(target, READ, digest, run, describer).do_all(items, work, progress)
 
 
-def _make_item(file: Path, out: Path) -> WorkItem[None]:
+def _make_item(file: Path, folder: Path) -> WorkItem[None]:
+    inputs = list_input_files(file)
     undone = f"file {short_repr(file)} cannot be read"
-    inputs = describe_files(list_input_files(file))
-    return WorkItem(as_utf8(str(file.absolute())), out, inputs, file, undone, None)
+    return WorkItem(name_file(file), folder, tuple(inputs), describe_files(inputs), file, undone, None)
 
 
 @dataclass(frozen=True)

@@ -3,24 +3,25 @@
 from __future__ import annotations
 
 import json
+import os
 import re
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from hashlib import sha256
+from itertools import chain
 from pathlib import Path
 from types import ModuleType
 from typing import Any, Generic, TypeVar
 
 from pianta import __version__
-from pianta.batch.journal import FAULTS, Entry, Journal, check_journals, is_reserved, name_journal
-from pianta.batch.processes import Fault, Outcome, run_items
+from pianta.batch.journal import FAULTS, Entry, Journal, check_journals, is_reserved, name_journal, read_siblings
+from pianta.batch.processes import Fault, Outcome, end_in_start, run_items
 from pianta.errors import OptionError, PiantaError
 from pianta.io._files import as_utf8, atomic_file, real_path, short_repr
 from pianta.io._folders import new_folder, remove_remains
 from pianta.reading.read import MAX_JOBS
 
-NO_DESCRIPTION = "null"  # JSON
 UNFORESEEN = ("time", "killed", "memory", "unforeseen")  # groups of faults whose message does not name the item
 _SHARD = re.compile(r"([1-9][0-9]{0,5})/([1-9][0-9]{0,5})")
 
@@ -63,13 +64,15 @@ class BatchItem:
 class WorkItem(Generic[Value]):
     """An item and the folder of its results.
 
-    key: in the journal; for a file its absolute path. folder: of the results. inputs: sizes and times of files, when it
-    was listed: it is done again if they change. path: of the `BatchItem`. undone: what cannot be done, for faults, such
-    as "file 'a.yaml' cannot be read". value: what the work takes.
+    key: in the journal; for a file its absolute path. folder: of the results; another one if an item of before has it.
+    files: what is read. inputs: their sizes and times, when it was listed: it is done again if they change. path: of
+    the `BatchItem`. undone: what cannot be done, for faults, such as "file 'a.yaml' cannot be read". value: what the
+    work takes.
     """
 
     key: str
     folder: Path
+    files: tuple[Path, ...]
     inputs: str
     path: Path
     undone: str
@@ -78,9 +81,9 @@ class WorkItem(Generic[Value]):
 
 @dataclass(frozen=True)
 class WorkResult:
-    """description: of the results, as JSON. warnings: that were issued."""
+    """description: of the results, what JSON can hold. warnings: that were issued."""
 
-    description: str
+    description: Any
     warnings: tuple[Warning, ...]
 
 
@@ -107,7 +110,11 @@ class RunOptions:
             raise OptionError("time_limit= ends processes, and one job needs none; give jobs=2 or more")
         if self.scheduler is not None and (self.jobs > 1 or self.time_limit is not None):
             raise OptionError("scheduler= has workers of its own, leave out jobs= and time_limit=")
+        if self.only_failed and not self.resume:
+            raise OptionError("only_failed= and resume=False contradict each other, leave one out")
         _parse_shard(self.shard)
+        if self.jobs > 1:
+            end_in_start()
 
     @property
     def part(self) -> tuple[int, int] | None:
@@ -119,33 +126,42 @@ class RunOptions:
 class Batch:
     """A batch in an output folder.
 
-    verb: of the command. options: the digest of what changes results. describes: whether items without a description
-    are done again.
+    verb: of the command. options: the digest of what changes results. describer: what makes the descriptions of
+    results, for which items with those of another one are done again; empty for none.
     """
 
     out: Path
     verb: str
     options: str
     run: RunOptions
-    describes: bool = True
+    describer: str = ""
 
     def do_all(
         self,
-        list_items: Callable[[Mapping[str, Entry]], Iterable[WorkItem[Value]]],
+        listed: Sequence[WorkItem[Value]],
         work: Callable[[WorkItem[Value]], WorkResult],
         progress: Progress | None = None,
+        *,
+        check: Callable[[WorkItem[Value]], object] = lambda _: None,
     ) -> Iterator[BatchItem]:
         """Do what the journal does not have yet; first what was done before, then each item when it is done.
 
-        list_items: the items, given the last entry of each one in the journal by its key. work: a function of a module,
-        which writes the results of an item. progress: takes the number of items that are done, and of all.
+        work: a function of a module, which writes the results of an item. progress: takes the number of items that are
+        done, and of all. check: refuses the folder of an item, before any work.
         """
         part = self.run.part
         with new_folder(self.out), self._open_journal(part) as journal:
             if part is None:
                 remove_remains(self.out)
             entries = journal.read_entries()
-            items = [item for item in list_items(entries) if part is None or _is_in(item.key, part)]
+            if moved := _find_moved(listed, entries):
+                journal.rename(moved)
+                entries = journal.read_entries()
+            items = [*_choose_folders(listed, [*read_siblings(self.out, part), *entries.values()])]
+            _check_folders(items)
+            for item in items:
+                check(item)
+            items = [item for item in items if part is None or _is_in(item.key, part)]
             done = [item for item in items if self.run.resume and self._is_done(item, entries.get(item.key))]
             keys = {item.key for item in done}
             left = [item for item in items if item.key not in keys]
@@ -172,11 +188,11 @@ class Batch:
         """The items that have failed. Raises OptionError if they would not fit to those that are done."""
         folder = short_repr(self.out)
         if left and not entries:
-            raise OptionError(f"only_failed= and folder {folder} has no journal yet, leave it out")
+            raise OptionError(f"folder {folder} has no journal yet, so nothing has failed; leave out only_failed=")
         before = [entries[item.key] for item in left if item.key in entries]
         if any((entry.options, entry.version) != (self.options, __version__) for entry in before):
-            fault = f"only_failed= and folder {folder} has results with other options or of another version"
-            raise OptionError(f"{fault}, give the same options, or leave it out and all are done again")
+            fault = f"folder {folder} has results with other options or of another version"
+            raise OptionError(f"{fault}; give the same options, or leave out only_failed= and all are done again")
         return [item for item in left if item.key in entries and not entries[item.key].is_done]
 
     def _run_anywhere(
@@ -198,7 +214,7 @@ class Batch:
         """Whether an item was done as it is, with these options, and its results are there."""
         if entry is None or not entry.is_done or not item.folder.is_dir():
             return False
-        if self.describes and entry.description == NO_DESCRIPTION:
+        if self.describer and not self._has_description(entry):
             return False
         return (entry.inputs, entry.options, entry.version) == (item.inputs, self.options, __version__)
 
@@ -213,8 +229,16 @@ class Batch:
             round(outcome.seconds, 3),
             fault.group if fault else "",
             as_utf8(self._describe_fault(item, fault)) if fault else "",
-            outcome.result.description if outcome.result else NO_DESCRIPTION,
+            json.dumps({"by": self.describer, "value": outcome.result.description if outcome.result else None}),
         )
+
+    def _has_description(self, entry: Entry) -> bool:
+        """Whether an entry has a description of this batch's describer, which others cannot read."""
+        try:
+            description = json.loads(entry.description)
+        except ValueError:
+            return False
+        return isinstance(description, dict) and description.get("by") == self.describer and "value" in description
 
     def _describe_fault(self, item: WorkItem[Value], fault: Fault) -> str:
         """The line of a fault; the report of an unforeseen one is written into a file, which it names."""
@@ -232,28 +256,55 @@ class Batch:
 
     def _describe_entry(self, item: WorkItem[Value], entry: Entry, *, is_new: bool) -> BatchItem:
         fault = None if entry.is_done else entry.fault
-        description = json.loads(entry.description) if self.describes else None
+        description = json.loads(entry.description)["value"] if self.describer else None
         return BatchItem(item.path, item.folder, fault, entry.group, entry.seconds, is_new, description)
 
 
-def name_items(
-    items: Sequence[WorkItem[Value]], names: Sequence[str], entries: Mapping[str, Entry]
-) -> Iterator[WorkItem[Value]]:
-    """The items with their folders: those that the journal has, else a name that no other item has.
+def _find_moved(items: Sequence[WorkItem[Value]], entries: Mapping[str, Entry]) -> dict[str, str]:
+    """Old key -> new key of items whose files were moved: they are as they were, and not where they were."""
+    wanted = {item.inputs: item for item in items if item.files and item.key not in entries}
+    moved: dict[str, str] = {}
+    for key, entry in entries.items():
+        item = wanted.get(entry.inputs)
+        if item and Path(key).name == item.path.name and not os.path.lexists(key):
+            moved[key] = wanted.pop(entry.inputs).key
+    return moved
 
-    items: with the output folder as `folder`. names: that they should have.
-    """
-    owners = {entry.folder.casefold(): key for key, entry in entries.items()}
-    for item, short_name in zip(items, names, strict=True):
-        name = as_utf8(short_name)
-        entry = entries.get(item.key)
-        folder = entry.folder if entry else name
+
+def _choose_folders(items: Iterable[WorkItem[Value]], entries: Iterable[Entry]) -> Iterator[WorkItem[Value]]:
+    """The items with their folders: those of their entries, else of a name that no other item has."""
+    folders = {entry.path: entry.folder for entry in entries}
+    owners = {folder.casefold(): key for key, folder in folders.items()}
+    for item in items:
+        name = as_utf8(item.folder.name)
+        folder = folders.get(item.key, name)
         number = 1
         while is_reserved(folder) or owners.get(folder.casefold(), item.key) != item.key:
             number += 1
             folder = f"{name}-{number}"
         owners[folder.casefold()] = item.key
-        yield replace(item, folder=item.folder / folder)
+        yield replace(item, folder=item.folder.with_name(folder))
+
+
+def _check_folders(items: Sequence[WorkItem[Value]]) -> None:
+    """Raise OptionError if the folder of an item has files that are read.
+
+    Results would replace some of them, and hide others from the next run.
+    """
+    folders: dict[Path, Path] = {}
+    for file in chain.from_iterable(item.files for item in items):
+        for parent in real_path(file).parents:
+            folders.setdefault(parent, file)
+    for item in items:
+        if inside := folders.get(real_path(item.folder)):
+            fault = f"file {short_repr(inside)} is in folder {short_repr(item.folder)}, in which the results of"
+            raise OptionError(f"{fault} {short_repr(item.path)} would be; give another output folder")
+
+
+def name_file(file: Path) -> str:
+    """The key of a file: its absolute path, without `..` where that leads to the same file."""
+    absolute = Path(os.path.abspath(file))  # noqa: PTH100 - Path.resolve follows links, which machines may have others of
+    return as_utf8(str(absolute if real_path(absolute) == real_path(file) else file.absolute()))
 
 
 def describe_files(files: Iterable[Path]) -> str:
@@ -283,12 +334,13 @@ def digest_options(
 
 
 def collect_warnings(work: Callable[[], Any]) -> WorkResult:
-    """The JSON of what a function returns, with the warnings that it issues; they are issued again where it counts."""
+    """What a function returns, with the warnings that it issues; they are issued again where it counts."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         described = work()
     issued = tuple(each.message for each in caught if isinstance(each.message, Warning))
-    return WorkResult(json.dumps(described), issued)
+    json.dumps(described)  # what it cannot hold is a fault of the item, not of the batch
+    return WorkResult(described, issued)
 
 
 def import_cluster() -> ModuleType:

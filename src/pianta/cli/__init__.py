@@ -86,8 +86,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         sys.stdout.reconfigure(errors="backslashreplace")  # file names may have characters that cannot be encoded
     try:
         with print_warnings():
-            app = choose_app(arguments[0] if arguments else None)
-            app(arguments, prog_name="pianta")
+            run_app(choose_app(arguments[0] if arguments else None), arguments)
     except PiantaError as error:
         print_error(error)
         sys.exit(2)
@@ -97,6 +96,26 @@ def main(arguments: Sequence[str] | None = None) -> None:
         # Names of files that the system refuses when they are first looked for, as those that are too long
         print_error(OptionError(f"{short_repr(error.filename)} cannot be used: {one_line_reason(error)}"))
         sys.exit(2)
+
+
+def run_app(app: typer.Typer, arguments: Sequence[str]) -> None:
+    """Run a command line and exit; what is wrong in it is one line."""
+    try:
+        code = app(arguments, prog_name="pianta", standalone_mode=False)
+    except typer.Abort:
+        sys.exit(1)
+    except Exception as error:
+        # typer does not export the classes of its errors
+        if not hasattr(error, "format_message"):
+            raise
+        if type(error).__name__ == "NoArgsIsHelpError":
+            app(arguments, prog_name="pianta")
+        message = " ".join(error.format_message().split())
+        end = "" if message.endswith((".", "?")) else "."
+        verb = getattr(getattr(error, "ctx", None), "command_path", "pianta")
+        print_error(OptionError(f"{message}{end} See `{verb} --help`"))
+        sys.exit(2)
+    sys.exit(code if isinstance(code, int) else 0)
 
 
 def describe(

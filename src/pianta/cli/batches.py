@@ -10,6 +10,7 @@ from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from itertools import count
 from pathlib import Path
 from typing import Annotated, TypedDict
 
@@ -149,7 +150,9 @@ def refuse_batch(out: Path, path: str) -> None:
     """Raise OptionError for a folder with the results of a batch, in which those of one file would be lost."""
     if has_journal(out):
         fault = f"folder {short_repr(out)} has the results of a batch; give {short_repr(path)} a folder of its own"
-        raise OptionError(f"{fault}, such as -o {short_repr(out / name_folders([path])[0])}")
+        (name,) = name_folders([path])
+        numbered = (out / (name if number == 1 else f"{name}-{number}") for number in count(1))
+        raise OptionError(f"{fault}, such as -o {short_repr(next(each for each in numbered if not each.exists()))}")
 
 
 def exit_if_any_failed(items: list[BatchItem]) -> None:

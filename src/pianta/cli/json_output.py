@@ -12,9 +12,12 @@ from typing import Annotated, Any
 import typer
 
 from pianta import __version__
+from pianta.batch.journal import is_reserved
+from pianta.errors import OptionError
 from pianta.floor import Floor
+from pianta.io._files import short_repr
 from pianta.io._folders import atomic_folder, check_output_file
-from pianta.reading.reading import Reading, StoreyReading
+from pianta.reading.reading import OUTPUTS, Reading, StoreyReading
 
 Json = Annotated[
     Path | None,
@@ -26,9 +29,14 @@ DIGITS = 4  # of metres and square metres
 
 
 def check_json(file: Path | None, *, quiet: bool) -> bool:
-    """Refuse a file that cannot be written, before any work; whether nothing else is printed."""
+    """Refuse a file that cannot be written, before any work; whether nothing else is printed.
+
+    Raises OptionError, also for the name of a result or of a journal.
+    """
     if file is not None and file != STDOUT:
         check_output_file(file, "JSON file")
+        if file.name in OUTPUTS or is_reserved(file.name):
+            raise OptionError(f"JSON file {short_repr(file)} has the name of another result, give another name")
     return quiet or file == STDOUT
 
 

@@ -54,6 +54,7 @@ FLAGS = {
     "exits=": "--exit",
     "scheduler=": "--scheduler",
     "only_failed=": "--retry-failed",
+    "resume=False": "--no-resume",
     "explored=": "--explored",
     "georeference=": "--georeference FILE",
     **{f"{name}=": f"--{name.replace('_', '-')}" for name in SAME_NAMES.split()},

@@ -21,6 +21,7 @@ from pianta.io._files import find_output_fault, one_line_reason, short_repr
 MAX_LISTED = 3  # older outputs in a message
 GONE = ".gone-"  # before the name of a file that is to be removed
 _DECIDED = re.compile(r"\.pianta-done-[0-9a-f]{16}")  # whose files are to be moved
+_open_folders: set[Path] = set()  # temporary folders of this process
 _TEMPORARY = re.compile(r"\.pianta-[0-9a-f]{16}")
 
 
@@ -126,6 +127,12 @@ def _move_all(decided: Path, folder: Path) -> None:
         decided.rmdir()
 
 
+def remove_open_folders() -> None:
+    """Remove the temporary folders of this process, which ends at once."""
+    for folder in _open_folders:
+        rmtree(folder, ignore_errors=True)
+
+
 def remove_remains(folder: Path) -> None:
     """Remove the temporary folders that killed processes have left in a folder, and not those of living ones."""
     for remains in folder.glob(".pianta-*") if folder.is_dir() else ():
@@ -143,9 +150,11 @@ def _locked_folder(beside: Path, *, for_name: str) -> Iterator[Path]:
     _remove_abandoned(beside / f".pianta-{usual}")
     temporary, descriptor = _make_locked(beside, usual)
     status = temporary.stat()
+    _open_folders.add(temporary)
     try:
         yield temporary
     finally:
+        _open_folders.discard(temporary)
         # After the block the name may be that of another process
         if _is_folder(status, temporary):
             rmtree(temporary, ignore_errors=True)

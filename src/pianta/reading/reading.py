@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Unpack
@@ -42,6 +43,8 @@ UNCORRECTED = "uncorrected.geojson"
 EXPLANATION = "explain.png"
 # Results that not every reading has; building.json is of several storeys.
 OPTIONAL = (PAPER, UNCORRECTED, EXPLANATION, BUILDING_FILE)
+# Folders of the storeys of a file.
+_STOREY = re.compile(r"floor-[0-9]+")
 
 
 @dataclass(frozen=True, eq=False)
@@ -226,7 +229,11 @@ class Reading:
         check_output(self.path, folder)
         folders = [Path(folder) / storey.name for storey in self.storeys]
         _refuse_folders_as_results(folders)
+        emptied = _list_others(Path(folder), folders)
         with ExitStack() as together:
+            together.callback(_remove_empty, emptied)
+            for target in emptied:
+                check_corrections(target)
             for storey, target in zip(self.storeys, folders, strict=True):
                 if target.is_dir():
                     together.enter_context(only_writer(target))
@@ -237,8 +244,12 @@ class Reading:
             for storey, target in zip(self.storeys, folders, strict=True):
                 new = together.enter_context(atomic_folder(target, optional=OPTIONAL))
                 self._write(storey, new, walls=walls, graph=graph)
-            if len(self.storeys) > 1:
-                save_building_file(self.building, together.enter_context(atomic_folder(Path(folder))) / BUILDING_FILE)
+            for target in emptied:
+                # Without a floor, files of these names may be a user's own
+                older = (*OUTPUTS, *OPTIONAL, FILE_NAME) if (target / OUTPUTS[0]).is_file() else ()
+                new = together.enter_context(atomic_folder(target, optional=older))
+                if len(self.storeys) > 1 and target == Path(folder):
+                    save_building_file(self.building, new / BUILDING_FILE)
         return folders
 
     def to_file(self, path: str | Path, *, to: str | None = None, **options: Unpack[ConvertOptions]) -> list[str]:
@@ -333,6 +344,19 @@ class Reading:
             scale = storey.uncorrected_scale
             save_floor(storey.uncorrected, folder / UNCORRECTED, scale=None if scale is None else scale.as_json())
             save_corrections(storey.corrections, folder / FILE_NAME)
+
+
+def _list_others(folder: Path, folders: Sequence[Path]) -> list[Path]:
+    """The folders from which results of an older reading go: of storeys, and of the building itself if it has some."""
+    storeys = [path for path in folder.glob("floor-*") if _STOREY.fullmatch(path.name) and path.is_dir()]
+    older = storeys if (folder / BUILDING_FILE).is_file() else []
+    return [path for path in (folder, *sorted(older)) if path not in folders]
+
+
+def _remove_empty(folders: Sequence[Path]) -> None:
+    for folder in folders:
+        with suppress(OSError):
+            folder.rmdir()
 
 
 def write_floor(
