@@ -209,7 +209,8 @@ def read_maps(
     """Read a robot's map, or a plan, into a building: its type, rooms and doors.
 
     Writes floor.geojson (metres of the map frame), rooms.png (16 bits: 0 is no
-    room, n the room with id n), graph.json (networkx node-link), picture.png.
+    room, n the room with id n), graph.json (networkx node-link), picture.png,
+    and grid.npz, the map for `pianta view` and others.
 
     Several files get a folder each in OUT, as do the maps and plans of a folder.
     If one cannot be read, the others are still read; the exit code is then 1.

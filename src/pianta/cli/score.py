@@ -48,6 +48,12 @@ def score_floors(
     above 0.5; a door is right if its middle is within half a width of a true
     one, and at least within 0.45 m. A layout XML is read on the map of OUT, on
     which it was drawn, if OUT is a folder.
+
+    A_FC is the share of the area found that lies in the true room which
+    overlaps each room most, A_BC the share of the true area that lies in the
+    found one; coverage has their means over rooms. FC is the share of the
+    rooms, BC of the true ones, with the label of the room that overlaps them
+    most.
     """
     from pianta.evaluation.floor_scores import score_floor
 
