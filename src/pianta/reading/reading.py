@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass
@@ -16,13 +15,13 @@ from PIL import Image
 from pianta.building import Building, Storey
 from pianta.corrections.corrections_file import FILE_NAME, read_corrections, save_corrections
 from pianta.corrections.kinds import Correction
-from pianta.errors import OptionError
+from pianta.errors import FloorError, OptionError
 from pianta.floor import Floor
 from pianta.floor.area_trust import AreaTrust
 from pianta.gridmap import GridMap
 from pianta.io._files import count_noun, find_output_fault, real_path, short_repr
 from pianta.io._folders import atomic_folder, check_output_file, only_writer
-from pianta.io.building_folders import BUILDING_FILE, save_building_file
+from pianta.io.building_folders import BUILDING_FILE, read_storey_folders, save_building_file
 from pianta.labels import LabelSchema
 from pianta.reading.storeys import make_building
 
@@ -43,8 +42,6 @@ UNCORRECTED = "uncorrected.geojson"
 EXPLANATION = "explain.png"
 # Results that not every reading has; building.json is of several storeys.
 OPTIONAL = (PAPER, UNCORRECTED, EXPLANATION, BUILDING_FILE)
-# Folders of the storeys of a file.
-_STOREY = re.compile(r"floor-[0-9]+")
 
 
 @dataclass(frozen=True, eq=False)
@@ -348,9 +345,11 @@ class Reading:
 
 def _list_others(folder: Path, folders: Sequence[Path]) -> list[Path]:
     """The folders from which results of an older reading go: of storeys, and of the building itself if it has some."""
-    storeys = [path for path in folder.glob("floor-*") if _STOREY.fullmatch(path.name) and path.is_dir()]
-    older = storeys if (folder / BUILDING_FILE).is_file() else []
-    return [path for path in (folder, *sorted(older)) if path not in folders]
+    with suppress(FloorError):  # of a damaged building.json, which is replaced
+        older = read_storey_folders(folder)
+        storeys = [folder / name for name in older.titles if (folder / name).is_dir()] if older else []
+        return [path for path in (folder, *storeys) if path not in folders]
+    return [folder] if folder not in folders else []
 
 
 def _remove_empty(folders: Sequence[Path]) -> None:
