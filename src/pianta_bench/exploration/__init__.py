@@ -10,7 +10,8 @@ from pianta_bench._options import Data, TimedJobs
 from pianta_bench.harness.bench import Bench
 
 SYNTHETIC = "synthetic"
-SETS = ("school", "office", SYNTHETIC)
+DRAWN = "drawn"
+SETS = ("school", "office", SYNTHETIC, DRAWN)
 
 Sets = Annotated[
     list[str] | None,
@@ -29,12 +30,14 @@ BENCH = Bench(
     name="exploration",
     help="""Distances of robots that explore, or search for a room (sections 8.3, 8.4).
 
-    Reads buildings/school/*.xml and buildings/office/*.xml of the data, and
-    generates synthetic ones. Policies that predict learn from the other
-    buildings. What fails does not count; the exit code is then 1.
+    Reads buildings/school/*.xml and buildings/office/*.xml of the data, makes
+    synthetic ones, and draws schools that a model of the schools generates.
+    Policies that predict learn from the other buildings; in drawn schools from
+    the schools of the data. What fails does not count; the exit code is then 1.
     """,
     examples=(
         "pianta bench exploration --jobs 2 --json new.json --pictures new",
+        "pianta bench exploration --set school --set drawn --starts 1 --resolution 0.2 --no-searches",
         "pianta bench exploration --set office --starts 1 --resolution 0.2 --no-searches",
     ),
     options={

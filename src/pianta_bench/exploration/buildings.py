@@ -1,9 +1,10 @@
-"""The buildings that bench exploration explores: schools and offices of the data, and synthetic ones."""
+"""The buildings that bench exploration explores: schools and offices of the data, synthetic ones, and drawn ones."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from math import ceil
 from pathlib import Path
 
 import networkx as nx
@@ -11,12 +12,14 @@ import networkx as nx
 from pianta.errors import DataError, LabelError, OptionError, PiantaError
 from pianta.exploration.starts import CORRIDOR_LABELS
 from pianta.floor import Floor
-from pianta.generation.type_model import MIN_FLOORS, prepare_room_graph
+from pianta.generation.drawing.draw import draw_plan
+from pianta.generation.generate import generate
+from pianta.generation.type_model import MIN_FLOORS, learn_type, prepare_room_graph
 from pianta.io._files import one_line_reason
-from pianta.labels import SCHEMAS, standard_name
+from pianta.labels import SCHEMAS, SCHOOL, standard_name
 from pianta.worlds.floors import FLOOR_MAKERS, make_floor
 from pianta_bench.data.annotated_floors import AnnotatedFloor, read_annotated_buildings
-from pianta_bench.exploration import SETS, SYNTHETIC
+from pianta_bench.exploration import DRAWN, SETS, SYNTHETIC
 
 SYNTHETIC_SEEDS = range(3)
 # Robots search for a label that at most this many rooms of the floor have. Chosen by hand.
@@ -25,6 +28,9 @@ MAX_ROOMS = 2
 MIN_OTHER_FLOORS = 4
 # Robots start in such rooms, or pass through them all the time: no search for these.
 WAYS = (*CORRIDOR_LABELS, "ENTRANCE")
+DRAWN_SCHOOLS = 30
+# Buildings that are generated for each one that is wanted: a few are not drawn with all doors.
+GENERATED = 1.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,7 +38,7 @@ class ExploredBuilding:
     """A floor to explore.
 
     part: the set it belongs to. others: the room graphs of all other buildings of its type, to learn from; empty if
-    these are too few. labels: those to search for.
+    these are too few. labels: those to search for. building_type: of the labels of others; empty without them.
     """
 
     part: str
@@ -40,6 +46,7 @@ class ExploredBuilding:
     floor: Floor
     others: tuple[nx.Graph, ...] = ()
     labels: tuple[str, ...] = ()
+    building_type: str = ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,11 +54,13 @@ class BuildingSet:
     """The buildings of a set.
 
     failures: by floor that cannot be read the reason. unmodelled: by floor that no model can learn from the reason.
+    notes: on how they were chosen.
     """
 
     buildings: tuple[ExploredBuilding, ...]
     failures: Mapping[str, str] = field(default_factory=dict)
     unmodelled: Mapping[str, str] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
 
 
 def choose_sets(names: Sequence[str]) -> tuple[str, ...]:
@@ -71,6 +80,30 @@ def make_buildings() -> BuildingSet:
             for seed in SYNTHETIC_SEEDS
         )
     )
+
+
+def draw_buildings(data: Path) -> BuildingSet:
+    """Schools that a model of all schools of the data generates and draws, the first ones that have all their doors.
+
+    Policies learn from the schools of the data. Raises DataError as `read_buildings`, and for too few schools.
+    """
+    real_type = SCHOOL.building_type
+    real = read_buildings(data, real_type)
+    graphs = tuple(dict.fromkeys(graph for building in real.buildings for graph in building.others))
+    if not graphs:
+        raise DataError(
+            f"{len(real.buildings)} schools are too few to learn a model from, give {MIN_FLOORS + 1} or more"
+        )
+    model = learn_type(graphs, SCHOOL)
+    buildings: list[ExploredBuilding] = []
+    incomplete = 0
+    for number, graph in enumerate(generate(model, ceil(GENERATED * DRAWN_SCHOOLS)), start=1):
+        plan = draw_plan(graph, model, seed=number)
+        if len(buildings) < DRAWN_SCHOOLS and not plan.given_up:
+            buildings.append(ExploredBuilding(DRAWN, f"drawn-{number:02}", plan.floor, graphs, building_type=real_type))
+        incomplete += len(buildings) < DRAWN_SCHOOLS and bool(plan.given_up)
+    note = f"Generated and drawn with all doors; {incomplete} others lack some and were passed over."
+    return BuildingSet(tuple(buildings), notes=(note,))
 
 
 def read_buildings(data: Path, building_type: str) -> BuildingSet:
@@ -96,7 +129,7 @@ def read_buildings(data: Path, building_type: str) -> BuildingSet:
         training = tuple(graphs[other.item] for other in others if other.item in graphs)
         usable = training if len(training) >= MIN_FLOORS else ()
         labels = choose_labels(floor, others)
-        buildings.append(ExploredBuilding(building_type, floor.item, floor.floor, usable, labels))
+        buildings.append(ExploredBuilding(building_type, floor.item, floor.floor, usable, labels, building_type))
     return BuildingSet(tuple(buildings), {row.item: row.failure or "" for row in failed}, unmodelled)
 
 

@@ -15,8 +15,14 @@ from pianta.exploration.lidar import Lidar, Pose, scan
 from pianta.exploration.world import build_world
 from pianta.worlds.floors import make_floor
 from pianta_bench.data.folders import find_data
-from pianta_bench.exploration import SYNTHETIC
-from pianta_bench.exploration.buildings import choose_sets, make_buildings, read_buildings
+from pianta_bench.exploration import DRAWN, SYNTHETIC
+from pianta_bench.exploration.buildings import (
+    BuildingSet,
+    choose_sets,
+    draw_buildings,
+    make_buildings,
+    read_buildings,
+)
 from pianta_bench.exploration.policies import COMPARED_POLICIES, ComparedPolicy, choose_policies
 from pianta_bench.exploration.runs import SHARES, TO_ROOM, Run, RunSettings, name_share, run_building
 from pianta_bench.exploration.scores import pair_runs
@@ -42,9 +48,10 @@ def measure(
     track: Track = iter,
     registry: Mapping[str, ComparedPolicy] = COMPARED_POLICIES,
 ) -> Results:
-    """Explore data/buildings/school/*.xml, office/*.xml and synthetic floors with each policy from several starts.
+    """Explore data/buildings/school/*.xml, office/*.xml, synthetic floors and drawn schools with each policy.
 
-    Policies that predict learn from all other buildings of the type; for synthetic ones there is no model.
+    Policies that predict learn from all other buildings of the type, in drawn schools from those of the data; for
+    synthetic ones there is no model.
     data: as of `find_data`, not needed if all buildings are synthetic. sets, policies: all by default.
     starts: the most for each building, 0 for all. resolution: metres per cell.
     searches: whether robots also search for rooms. jobs: processes; figures do not depend on them.
@@ -59,7 +66,7 @@ def measure(
         raise OptionError(f"starts are {starts} and jobs {jobs}, give 0 or more starts and 1 job or more")
     options = {"policies": [*settings.policies], "starts": starts, "resolution": resolution, "searches": searches}
     results = Results({"sets": chosen, **options, "seed": seed})
-    read = {part: make_buildings() if part == SYNTHETIC else read_buildings(find_data(data), part) for part in chosen}
+    read = {part: list_buildings(part, data) for part in chosen}
     for part, building_set in read.items():
         results.items += [Item(part, name, reason) for name, reason in building_set.failures.items()]
     buildings = [building for building_set in read.values() for building in building_set.buildings]
@@ -72,8 +79,16 @@ def measure(
     results.details["runs"] = [run.as_json() for run in runs]
     results.details["left_out"] = {part: list_left_out(results, part) for part in chosen}
     results.details["unmodelled"] = {part: building_set.unmodelled for part, building_set in read.items()}
+    results.details["notes"] = {part: building_set.notes for part, building_set in read.items()}
     results.details["scans"] = time_scans()
     return results
+
+
+def list_buildings(part: str, data: Path | None) -> BuildingSet:
+    """The buildings of a set; data: as of `find_data`."""
+    if part == SYNTHETIC:
+        return make_buildings()
+    return draw_buildings(find_data(data)) if part == DRAWN else read_buildings(find_data(data), part)
 
 
 def list_left_out(results: Results, part: str) -> dict[str, tuple[str, ...]]:

@@ -107,7 +107,7 @@ class PreparedBuilding:
         """Samples floors like the other buildings; None if no model fits."""
         if not self.building.others:
             return None
-        return FloorSampler(learn_type(self.building.others, SCHEMAS[self.building.part]))
+        return FloorSampler(learn_type(self.building.others, SCHEMAS[self.building.building_type]))
 
     def explore(self, policy: str, start: int, *, label: str | None = None) -> tuple[Exploration, float]:
         """A run from a start, numbered from 1, and its processor time, s."""

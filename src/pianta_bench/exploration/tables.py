@@ -4,8 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import chain, product
+from statistics import fmean
 
-from pianta_bench.exploration import SYNTHETIC
+from scipy.stats import kendalltau, rankdata
+
+from pianta.labels import SCHOOL
+from pianta_bench.exploration import DRAWN, SYNTHETIC
 from pianta_bench.exploration.policies import NEAREST
 from pianta_bench.exploration.runs import DECISIONS, SCANS, SECONDS, SHARES, TO_ROOM, name_share
 from pianta_bench.exploration.scores import Pairs, compare_policies, compare_sums, find_best, pair_runs
@@ -13,6 +17,7 @@ from pianta_bench.harness.records import Record, Results, select_records
 from pianta_bench.harness.tables import Cell, FilledTable, Table
 
 COMPARED_SHARE = 0.9
+REAL = SCHOOL.building_type  # the set that drawn schools are compared with
 MAX_NAMES = 12  # in a note
 SHARE_LABELS = {name_share(share): f"{100 * share:.0f} %" for share in SHARES}
 RATIO = ("ratio", "from", "to")
@@ -29,6 +34,13 @@ PREDICTING = Table(
     summarise=Cell.only,
     unit="% of the other's",
     notes=("Best: the fewest metres on average of those that do not predict.", INTERVAL_NOTE),
+)
+RANKS = Table(
+    title="Ranks of policies by mean metres, in real schools and in drawn ones",
+    rows=("policy",),
+    columns=("column",),
+    summarise=Cell.only,
+    digits=0,
 )
 DISTANCES = Table(
     title="Distance to a share of the area, {part}",
@@ -78,6 +90,8 @@ def tabulate(results: Results) -> list[FilledTable]:
     """Policies that predict in all buildings of the data, then for each set distances, ratios, searches, and time."""
     policies = results.options["policies"]
     tables = [tabulate_predicting(results)] if list_policies(results, predicts=True) else []
+    if {REAL, DRAWN} <= {*results.options["sets"]}:
+        tables.append(tabulate_ranks(results))
     for part in results.options["sets"]:
         own = results.select(part=part)
         distances = {metric: pair_runs(select_records(own, {"metric": metric}), policies) for metric in SHARE_LABELS}
@@ -97,8 +111,9 @@ def tabulate(results: Results) -> list[FilledTable]:
 
 
 def tabulate_predicting(results: Results) -> FilledTable:
-    """Policies that predict against the best that does not, in schools and offices, or in synthetic floors alone."""
-    parts = [part for part in results.options["sets"] if part != SYNTHETIC] or [SYNTHETIC]
+    """Policies that predict against the best that does not, in schools and offices, or in made floors alone."""
+    sets = results.options["sets"]
+    parts = [part for part in sets if part not in {SYNTHETIC, DRAWN}] or [*sets]
     tasks = {f"to {SHARE_LABELS[name_share(COMPARED_SHARE)]}": name_share(COMPARED_SHARE), "to a room": TO_ROOM}
     records: list[Record] = []
     for policy, (task, metric) in product(list_policies(results, predicts=True), tasks.items()):
@@ -108,6 +123,34 @@ def tabulate_predicting(results: Results) -> FilledTable:
             name = f"{policy}, {task}, against {other}{' (best)' * (other == best)}"
             records += compare(results, pairs, policy, str(other), name)
     return PREDICTING.fill(records, sets=" and ".join(parts))
+
+
+def tabulate_ranks(results: Results) -> FilledTable:
+    """The policies in the order of their mean metres to each share, in real schools and in drawn ones."""
+    policies = results.options["policies"]
+    records: list[Record] = []
+    notes = []
+    for metric, share in SHARE_LABELS.items():
+        ranks = {
+            part: rank_policies(pair_runs(results.select(part=part, metric=metric), policies), policies)
+            for part in (REAL, DRAWN)
+        }
+        for part, by_policy in ranks.items():
+            records += [
+                {"policy": policy, "column": f"{share}\n{part}", "value": by_policy.get(policy)} for policy in policies
+            ]
+        if all(ranks.values()) and len(policies) > 1:
+            tau = kendalltau([ranks[REAL][each] for each in policies], [ranks[DRAWN][each] for each in policies])
+            notes.append(f"{share}: Kendall's tau {tau.statistic:.2f}.")
+    return RANKS.fill(records, notes=notes)
+
+
+def rank_policies(pairs: Pairs, policies: Sequence[str]) -> dict[str, float]:
+    """The rank of each policy by its mean metres, 1 for the fewest; empty without pairs."""
+    if not pairs.metres:
+        return {}
+    ranks = rankdata([fmean(pairs.average(policy)) for policy in policies], method="min")
+    return dict(zip(policies, ranks.tolist(), strict=True))
 
 
 def list_policies(results: Results, *, predicts: bool) -> list[str]:
@@ -162,6 +205,7 @@ def describe_set(results: Results, part: str) -> Iterator[str]:
     starts = {(run.building, run.start) for run in results.objects["runs"] if run.part == part}
     buildings = {building for building, _ in starts}
     yield f"{len(buildings)} buildings, {len(starts)} starts; the mean of each building first."
+    yield from results.details["notes"][part]
     if list_policies(results, predicts=True):
         count = sum(building.part == part and not building.others for building in results.objects["buildings"])
         if count:
