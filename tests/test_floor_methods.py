@@ -102,6 +102,12 @@ class TestFloorPictures:
         assert left < 0
         assert right > 8
 
+    def test_a_given_ax_gets_equal_scales(self):
+        from matplotlib.figure import Figure
+
+        (left, _) = Figure().subplots(1, 2)
+        assert FLOOR.plot(ax=left).get_aspect() == 1
+
     def test_is_drawn_on_its_map_and_where_it_is_reported(self):
         from matplotlib.figure import Figure
 

@@ -83,9 +83,9 @@ def new_picture(extent: Extent) -> tuple[Figure, Axes]:
 
 
 def show_extent(extent: Extent, ax: Axes) -> None:
-    """Set the limits of an ax."""
+    """Set the limits of an ax, and equal scales of x and y, which are metres."""
     left, bottom, right, top = extent
-    ax.set(xlim=(left, right), ylim=(bottom, top))
+    ax.set(xlim=(left, right), ylim=(bottom, top), aspect="equal")
 
 
 def plot_scale_bar(*, ax: Axes, area_trust: AreaTrust = AreaTrust.EXACT) -> Axes:
