@@ -23,7 +23,7 @@ from pianta.batch.run_batch import (
     digest_options,
     name_file,
 )
-from pianta.errors import BuildingWarning, GraphError, LabelError, OptionError, PiantaError
+from pianta.errors import BuildingWarning, FloorError, GraphError, LabelError, OptionError, PiantaError
 from pianta.floor import Floor
 from pianta.io._files import real_path, short_repr
 from pianta.io._folders import atomic_folder, check_output_folder, number_outputs
@@ -35,12 +35,17 @@ if TYPE_CHECKING:
 
     from pianta.generation.type_model import TypeModel
     from pianta.gridmap import GridMap
+    from pianta.prediction.continuation.continuations import Continuations
     from pianta.prediction.prediction import Prediction
     from pianta.prediction.revealed_floor import RevealedFloor
 
 PREDICTION = "prediction.json"
 PICTURE = "picture.png"
 EXPLORED = ("explored.geojson", "explored.npz")  # the explored floor and its map, for `pianta view`
+PLANS = ("plan-1.geojson", "plan-2.geojson", "plan-3.geojson")  # drawn samples
+PLANS_PICTURE = "plans.png"
+SHARES = "shares.npz"  # of samples that are free at each cell
+PLAN_FILES = (*PLANS, PLANS_PICTURE, SHARES)
 GRID = "grid.npz"  # the map in a folder that `pianta read` has written
 
 
@@ -53,6 +58,7 @@ def predict_batch(
     seed: int = 0,
     explored: int | None = None,
     as_printed: bool = False,
+    plans: bool = False,
     jobs: int = 1,
     resume: bool = True,
     only_failed: bool = False,
@@ -77,6 +83,9 @@ def predict_batch(
         Of whole floors: this many corridors are explored, the rest is predicted, and the truth is in prediction.json.
     as_printed
         As of `predict`.
+    plans
+        Whether samples are also drawn as floors, by `draw_continuations`: plan-1.geojson to plan-3.geojson, plans.png,
+        and shares.npz.
     jobs, resume, only_failed, shard, time_limit, scheduler, progress
         As of `read_batch`.
 
@@ -118,11 +127,11 @@ def predict_batch(
     files = list_floors(paths)
     target = Path(out)
     check_output_folder(target)
-    options = {"count": count, "seed": seed, "explored": explored, "as_printed": as_printed}
+    options = {"count": count, "seed": seed, "explored": explored, "as_printed": as_printed, "plans": plans}
     digest = digest_options({**options, "model": dump_type_model(model).decode()})
     names = name_folders([file.parent if file.name == FLOOR_FILE else file for file in files])
     items = [_make_item(file, target / name) for file, name in zip(files, names, strict=True)]
-    work = _Work(FloorPredictor(model, count, seed, explored, as_printed))
+    work = _Work(FloorPredictor(model, count, seed, explored, as_printed, plans))
     batch = Batch(target, "predict", digest, run, "predict")
     return batch.do_all(items, work, progress, check=lambda item: name_samples(item.path, count, item.folder))
 
@@ -133,7 +142,7 @@ def name_samples(floor: Path, count: int, out: Path) -> list[str]:
     Raises OptionError if the folder has others, or the floor lies in it and it or its picture would be replaced.
     """
     names = number_outputs("sample", count, out)
-    results = {PREDICTION, PICTURE, *EXPLORED, *(f"{name}.json" for name in names)}
+    results = {PREDICTION, PICTURE, *EXPLORED, *PLAN_FILES, *(f"{name}.json" for name in names)}
     is_inside = real_path(floor if floor.is_dir() else floor.parent) == real_path(out)
     if is_inside and (floor.is_dir() or floor.name == FLOOR_FILE or floor.name in results):
         fault = f"floor {short_repr(floor)} is in the output folder, whose files would be replaced"
@@ -179,28 +188,27 @@ class _Work:
         return collect_warnings(lambda: self._predict(item))
 
     def _predict(self, item: WorkItem[None]) -> dict[str, Any]:
-        from pianta.prediction.prediction_file import describe_prediction
-
         names = name_samples(item.path, self.predictor.count, item.folder)
         predicted = self.predictor.predict(item.path)
         predicted.save(names, item.folder)
-        content = describe_prediction(predicted.prediction, predicted.model.building_type)
+        content = predicted.describe()
         counts = {name: len(content[name]) for name in ("known", "open_ends")}
         return {**counts, **{name: content[name] for name in ("rooms", "area")}}
 
 
 @dataclass(frozen=True)
 class FloorPredictor:
-    """Predicts floors of files. count, seed, as_printed: as of `predict`; explored: as of `predict_batch`."""
+    """Predicts floors of files. count, seed, as_printed: as of `predict`; explored, plans: as of `predict_batch`."""
 
     model: TypeModel
     count: int = 100
     seed: int = 0
     explored: int | None = None
     as_printed: bool = False
+    plans: bool = False
 
     def predict(self, path: Path) -> PredictedFloor:
-        """The prediction of a floor, a file or a folder of `pianta read`.
+        """The prediction of a floor, a file or a folder of `pianta read`, with its plans if they are wanted.
 
         Raises PiantaError that names the file; warns of rooms that do not count, and of a truth that the model knows.
         """
@@ -214,65 +222,113 @@ class FloorPredictor:
             truth = None if self.explored is None else _explore(graph, self.model, self.explored)
             part = truth.part if truth else graph
             prediction = predict(part, self.model, count=self.count, seed=self.seed, as_printed=self.as_printed)
+            continuations = self._draw(path, prediction, truth) if self.plans else None
         except PiantaError as error:
             remedy = _find_remedy(error, self.model, self.explored)
             raise type(error)(f"floor {short_repr(path)}: {error}{remedy}") from error
         _warn(graph, truth, self.model, path)
-        return PredictedFloor(path, prediction, truth, self.model)
+        return PredictedFloor(path, prediction, truth, self.model, continuations)
+
+    def _draw(self, path: Path, prediction: Prediction, truth: RevealedFloor | None) -> Continuations:
+        """The drawn samples. Raises FloorError for a floor without outlines."""
+        from pianta.prediction.continuation.continuations import draw_continuations
+
+        floor, grid = _read_outlines(path)
+        if not floor.rooms:
+            raise FloorError("it has no outlines of rooms, which plans need; give floor.geojson or leave out plans=")
+        observed_map = grid if truth is None else None
+        return draw_continuations(prediction, floor, self.model, grid=observed_map, truth=truth, seed=self.seed)
 
 
 @dataclass(frozen=True)
 class PredictedFloor:
-    """A floor of a file with its prediction, and the truth if it was a whole floor."""
+    """A floor of a file with its prediction, the truth if it was a whole floor, and its drawn samples if wanted."""
 
     path: Path
     prediction: Prediction
     truth: RevealedFloor | None
     model: TypeModel
+    continuations: Continuations | None = None
+
+    def describe(self) -> dict[str, Any]:
+        """The content of the file of the prediction."""
+        from pianta.prediction.prediction_file import describe_prediction
+
+        building_type = self.model.building_type
+        return describe_prediction(self.prediction, building_type, truth=self.truth, plans=self._describe_plans())
 
     def save(self, names: Sequence[str], out: Path) -> None:
-        """Write the prediction, its picture, the samples by name, and the known rooms and map if any, all or none."""
+        """Write the prediction, its picture, the samples by name, plans, and the known part if any, all or none."""
         from pianta.io.floors import save_floor
         from pianta.io.graphs import save_graph
         from pianta.plot.figure import save_figure
         from pianta.plot.prediction import draw_prediction
-        from pianta.prediction.prediction_file import name_rooms, save_prediction
+        from pianta.prediction.prediction_file import name_rooms, save_content
 
-        building_type = self.model.building_type
         explored, grid = self._read_known_part()
-        with atomic_folder(out, optional=EXPLORED) as new:
-            save_prediction(self.prediction, new / PREDICTION, building_type=building_type, truth=self.truth)
+        with atomic_folder(out, optional=[*EXPLORED, *PLAN_FILES]) as new:
+            save_content(self.describe(), new / PREDICTION)
             save_figure(draw_prediction(self.prediction, truth=self.truth), new / PICTURE)
             if explored.rooms:
                 save_floor(explored, new / EXPLORED[0])
                 if grid is not None:
                     grid.save(new / EXPLORED[1])
+            if self.continuations is not None:
+                self._save_plans(self.continuations, new)
             for name, sample in zip(names, self.prediction.samples, strict=True):
                 graph = name_rooms(sample, self.prediction)
-                graph.graph.update(source=name, building_type=building_type)
+                graph.graph.update(source=name, building_type=self.model.building_type)
                 save_graph(graph, new / f"{name}.json")
+
+    def _describe_plans(self) -> dict[str, Any] | None:
+        """What the file of the prediction has of the plans."""
+        from pianta.prediction.prediction_file import describe_plans
+
+        return None if self.continuations is None else describe_plans(self.continuations, PLANS, SHARES)
+
+    def _save_plans(self, continuations: Continuations, new: Path) -> None:
+        """Write the drawn samples, their picture and the shares."""
+        from pianta.io.floors import save_floor
+        from pianta.plot.continuations import draw_continuations_picture
+        from pianta.plot.figure import save_figure
+
+        for name, plan in zip(PLANS, continuations.plans, strict=False):
+            save_floor(replace(plan.floor, source=name.removesuffix(".geojson")), new / name)
+        _, grid = self._read_known_part()
+        samples = len(self.prediction.samples)
+        save_figure(
+            draw_continuations_picture(continuations, schema=self.model.schema, grid=grid, samples=samples),
+            new / PLANS_PICTURE,
+        )
+        continuations.grid.save(new / SHARES)
 
     def _read_known_part(self) -> tuple[Floor, GridMap | None]:
         """The rooms that are known or behind open doors, and their map; without rooms if the file has no outlines."""
-        from pianta.io.buildings.read import read_building
-        from pianta.io.maps import read_npz_map
+        floor, grid = _read_outlines(self.path)
+        if self.truth is None:
+            return floor, grid
+        # Nothing of what is not explored; its map would show that.
+        names = {name for _, name in self.prediction.explored.graph.nodes(data="room")}
+        rooms = tuple(room for room in floor.rooms if room.id in names)
+        doors = tuple(door for door in floor.doors if {room.id for room in rooms}.issuperset(door.room_ids))
+        return replace(floor, rooms=rooms, doors=doors, walls=(), furniture=(), possible_doors=()), None
 
-        file = self.path / FLOOR_FILE if self.path.is_dir() else self.path
-        try:
-            with warnings.catch_warnings():
-                # The graph was read from it with the same warnings.
-                warnings.simplefilter("ignore", BuildingWarning)
-                floor = read_building(file)
-        except PiantaError:
-            return Floor(()), None
-        if self.truth is not None:
-            # Nothing of what is not explored; its map would show that.
-            names = {name for _, name in self.prediction.explored.graph.nodes(data="room")}
-            rooms = tuple(room for room in floor.rooms if room.id in names)
-            doors = tuple(door for door in floor.doors if {room.id for room in rooms}.issuperset(door.room_ids))
-            return replace(floor, rooms=rooms, doors=doors, walls=(), furniture=(), possible_doors=()), None
-        grid = file.parent / GRID
-        return floor, read_npz_map(grid) if file.name == FLOOR_FILE and grid.is_file() else None
+
+def _read_outlines(path: Path) -> tuple[Floor, GridMap | None]:
+    """The floor of a file or a folder of `pianta read`, and its map if any; without rooms if it has no outlines."""
+    from pianta.io.buildings.read import read_building
+    from pianta.io.maps import read_npz_map
+
+    file = path / FLOOR_FILE if path.is_dir() else path
+    try:
+        with warnings.catch_warnings():
+            # The graph was read from it with the same warnings.
+            warnings.simplefilter("ignore", BuildingWarning)
+            floor = read_building(file)
+    except PiantaError:
+        return Floor(()), None
+    grid = file.parent / GRID
+    return floor, read_npz_map(grid) if file.name == FLOOR_FILE and grid.is_file() else None
 
 
 def _explore(graph: nx.Graph, model: TypeModel, corridors: int) -> RevealedFloor:

@@ -11,7 +11,16 @@ import typer
 from rich.table import Table
 
 from pianta.batch.inputs import is_collection
-from pianta.batch.predict_batch import PICTURE, PREDICTION, FloorPredictor, name_samples, predict_batch
+from pianta.batch.predict_batch import (
+    PICTURE,
+    PLANS,
+    PLANS_PICTURE,
+    PREDICTION,
+    SHARES,
+    FloorPredictor,
+    name_samples,
+    predict_batch,
+)
 from pianta.batch.run_batch import BatchItem
 from pianta.cli.batches import (
     BatchFlags,
@@ -34,12 +43,14 @@ from pianta.io._folders import number_outputs
 from pianta.io.graphs import FLOOR_FILE
 
 if TYPE_CHECKING:
+    from pianta.prediction.continuation.continuations import Continuations
     from pianta.prediction.prediction import OpenEnd, Prediction, SampleInterval
     from pianta.prediction.revealed_floor import RevealedFloor
 
 EXAMPLES = (
     "pianta predict explored school.json",
     "pianta predict explored/floor.geojson school.json -n 500 -o predicted",
+    "pianta predict explored school.json -o predicted --plans",
     "pianta predict buildings school.json -o predicted --jobs 4",
     "pianta predict school.xml others.json --explored 3 -o predicted",
 )
@@ -60,6 +71,7 @@ Explored = Annotated[
 Printed = Annotated[
     bool, typer.Option("--as-printed", help="Sample as section 8.3 of the thesis is printed, to compare.")
 ]
+Plans = Annotated[bool, typer.Option("--plans", help="Draw samples as floors behind the open ends, too; needs -o.")]
 
 
 def predict_floor(
@@ -71,6 +83,7 @@ def predict_floor(
     seed: Seed = 0,
     explored: Explored = None,
     as_printed: Printed = False,
+    plans: Plans = False,
     jobs: Jobs = 1,
     resume: Resume = True,
     retry_failed: RetryFailed = False,
@@ -92,16 +105,22 @@ def predict_floor(
     their ids as `room`. If FLOOR has outlines, `pianta view` draws the
     prediction over explored.geojson and, of a map, explored.npz.
 
+    With --plans also draws the samples in the free space behind the open ends:
+    three that stand for all, plan-1.geojson and so on and plans.png, and
+    shares.npz, the share of samples that have free space, wall or outside at
+    each cell. FLOOR must have outlines.
+
     Several floors get a folder each in OUT, as do those in a folder that `pianta
     read` has filled. If one cannot be predicted, the others still are; the exit
     code is then 1. Floors that the journal in OUT has are not predicted again.
     """
     from pianta.generation.type_model_file import read_type_model
-    from pianta.prediction.prediction_file import describe_prediction
 
     quiet = check_json(json_file, quiet=quiet)
     flags = BatchFlags(jobs, resume, retry_failed, shard, time_limit, scheduler)
-    predictor = FloorPredictor(read_type_model(model), count, seed, explored, as_printed)
+    predictor = FloorPredictor(read_type_model(model), count, seed, explored, as_printed, plans)
+    if plans and out is None:
+        raise OptionError("plans have files, give a folder for them with -o")
     if len(floors) > 1 or flags.batch_only or _is_collection(floors[0]):
         if out is None:
             raise OptionError("several floors have results each, give a folder for them with -o")
@@ -117,11 +136,14 @@ def predict_floor(
     if out is not None:
         predicted.save(names, out)
     if json_file is not None:
-        write_json(describe_prediction(prediction, predictor.model.building_type, truth=truth), json_file)
+        write_json(predicted.describe(), json_file)
     if not quiet:
         _print_prediction(prediction, truth)
+        if predicted.continuations is not None:
+            print_result(_describe_plans(predicted.continuations))
         if out is not None:
-            print_result(f"in {out}: {PREDICTION}, {PICTURE}, sample-*.json")
+            listed = f", {PLANS[0]} …, {PLANS_PICTURE}, {SHARES}" if plans else ""
+            print_result(f"in {out}: {PREDICTION}, {PICTURE}, sample-*.json{listed}")
 
 
 def _is_collection(path: str) -> bool:
@@ -148,6 +170,7 @@ def _predict_several(
             seed=predictor.seed,
             explored=predictor.explored,
             as_printed=predictor.as_printed,
+            plans=predictor.plans,
             progress=progress,
             **flags.arguments,
         ),
@@ -216,6 +239,11 @@ def tabulate_unknown(prediction: Prediction, truth: RevealedFloor | None = None)
         "true": [str(true_counts.get(name, 0)) if truth else "" for name in names],
     }
     return make_table(columns, left=("unknown rooms",))
+
+
+def _describe_plans(continuations: Continuations) -> str:
+    rooms, doors = (f"{100 * share:.0f} %" for share in (continuations.placed, continuations.doors))
+    return f"plans: space for {rooms} of the unknown rooms of all samples, and walls for {doors} of their doors"
 
 
 def _describe_labels(end: OpenEnd) -> str:

@@ -16,6 +16,8 @@ MAX_ROOM_NAME_LENGTH = 200  # characters
 # Flags of rooms that are outside of the building, at the ground and above it
 OUTSIDE_FLAG = "outside"
 BALCONY_FLAG = "balcony"
+# Flag of rooms that were not seen: a prediction has sampled them
+PREDICTED_FLAG = "predicted"
 MAX_GLOBAL_ID_LENGTH = 64  # characters; those of IFC have 22
 
 
@@ -53,7 +55,7 @@ class Room:
     global_id
         The identifier of the room in the file that it was read from, such as the GlobalId of an IFC; None without one.
     flag
-        Why people may not count it as a room, such as "attic", "roof" or "outside"; None for a usual room.
+        Why people may not count it as a room, such as "attic", "roof", "outside" or "predicted"; None for a usual room.
 
     Raises
     ------

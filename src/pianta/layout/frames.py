@@ -72,7 +72,7 @@ def find_motion(polygons: Polygons, previous: Polygons) -> tuple[Motion, float]:
     """
     cell = _choose_cell(polygons, previous, OUTLINE_CELL)
     share, motion = max(_try_angles(polygons, previous, _list_likely_angles(polygons, previous), cell), key=_by_share)
-    unclear = min(abs(_measure_direction(each)) for each in (polygons, previous)) < CLEAR_DIRECTION
+    unclear = min(abs(measure_direction(each)) for each in (polygons, previous)) < CLEAR_DIRECTION
     if unclear or share < GOOD_SHARE:
         coarse = _choose_cell(polygons, previous, COARSE_CELL)
         angles = np.arange(0, 2 * pi, ANGLE_STEP)
@@ -144,7 +144,7 @@ def _try_angles(
 
 def _list_likely_angles(polygons: Polygons, previous: Polygons) -> list[float]:
     """No rotation, and those that bring the main direction of the walls of both to the same one."""
-    new, old = (np.angle(_measure_direction(each)) / 4 for each in (polygons, previous))
+    new, old = (np.angle(measure_direction(each)) / 4 for each in (polygons, previous))
     turn = float(new - old)
     return [0.0, *(turn + quarter * pi / 2 for quarter in range(4))]
 
@@ -191,7 +191,7 @@ def _straighten(polygons: Polygons) -> Polygons:
     return np.asarray(shapely.simplify(polygons, STEP_TOLERANCE), dtype=object)
 
 
-def _measure_direction(polygons: Polygons) -> complex:
+def measure_direction(polygons: Polygons) -> complex:
     """The mean of the fourfold directions of outlines: a quarter of its angle is the main direction."""
     rings = [shapely.get_coordinates(ring) for ring in shapely.get_rings(_straighten(polygons))]
     steps = np.concatenate([np.diff(ring, axis=0) for ring in rings])

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pianta.floor import Floor
+from pianta.floor import PREDICTED_FLAG, Floor
 from pianta.floor.area_trust import AreaTrust
 from pianta.gridmap import UNKNOWN, GridMap
 from pianta.labels import SCHEMAS
@@ -21,6 +21,7 @@ from pianta.plot.floor_parts import (
     FURNITURE_OPACITY,
     HATCH,
     HATCH_COLOR,
+    OUTLINE_COLOR,
     draw_door,
     draw_possible_door,
     list_predicted_parts,
@@ -168,6 +169,9 @@ def list_samples(floor: Floor, schemas: Schemas, *, graph: bool = False) -> list
         samples.append((Patch(facecolor="none", hatch=2 * HATCH, **outline), "predicted"))
     if any(room.partial for room in floor.rooms):
         samples.append((Patch(facecolor="white", edgecolor=HATCH_COLOR, hatch="////", linewidth=0.6), "seen in part"))
+    if any(room.flag == PREDICTED_FLAG for room in floor.rooms):
+        unseen: dict[str, Any] = {"edgecolor": OUTLINE_COLOR, "linestyle": (0, (2, 1.5)), "linewidth": 0.9}
+        samples.append((Patch(facecolor="white", **unseen), "predicted room, not seen"))
     samples += _list_passages(floor)
     if floor.furniture:
         samples.append((Patch(facecolor=(FURNITURE_COLOR, FURNITURE_OPACITY), linewidth=0), "furniture"))

@@ -9,7 +9,7 @@ import numpy as np
 import shapely
 from shapely import Polygon, difference, get_parts
 
-from pianta.floor import Floor, Room
+from pianta.floor import PREDICTED_FLAG, Floor, Room
 from pianta.labels import SCHEMAS
 from pianta.layout._label_images import SNAP_DISTANCE
 from pianta.plot.figure import DOOR_LEVEL, FURNITURE_LEVEL, PREDICTION_LEVEL, ROOM_LEVEL, WALL_LEVEL, new_ax
@@ -43,7 +43,7 @@ MIN_PREDICTED_AREA = 0.05
 def plot_rooms(floor: Floor, *, ax: Axes | None = None, labels: bool = False, schemas: Schemas = SCHEMAS) -> Axes:
     """Draw the rooms with their ids, and the predicted extent of partial rooms.
 
-    Neighbours have different colours; partial rooms are grey and hatched.
+    Neighbours have different colours; partial rooms are grey and hatched, those with the flag "predicted" are dashed.
 
     Parameters
     ----------
@@ -74,7 +74,11 @@ def plot_rooms(floor: Floor, *, ax: Axes | None = None, labels: bool = False, sc
     styles = style_rooms(floor, schemas) if labels else style_by_neighbours(floor.rooms)
     for room in floor.rooms:
         style = styles[room.id]
-        edge = {"edgecolor": HATCH_COLOR, "hatch": "//"} if room.partial else {"edgecolor": EDGE_COLOR}
+        edge: dict[str, Any] = {"edgecolor": EDGE_COLOR}
+        if room.flag == PREDICTED_FLAG:
+            edge = {"edgecolor": OUTLINE_COLOR, "linestyle": DASHES}
+        elif room.partial:
+            edge = {"edgecolor": HATCH_COLOR, "hatch": "//"}
         face = (style.color, style.opacity)
         patch = patch_from_polygon(room.polygon, facecolor=face, **edge, linewidth=0.6, zorder=ROOM_LEVEL)
         ax.add_artist(patch)

@@ -11,7 +11,7 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 from shapely import STRtree
 
-from pianta.floor import Floor, Room
+from pianta.floor import PREDICTED_FLAG, Floor, Room
 from pianta.labels import (
     FCES,
     FCES_COLORS,
@@ -53,6 +53,8 @@ EDGE_COLOR = "#555555"
 # Opacity of fills, so that the map shows through; of partial rooms it is lower.
 OPACITY = 0.75
 PARTIAL_OPACITY = 0.4
+# Opacity of fills of rooms that were only predicted.
+PREDICTED_OPACITY = 0.25
 # Labels of lower probability are marked as uncertain; chosen by hand.
 CERTAIN_FROM = 0.6
 # Functions by coarse label.
@@ -156,11 +158,17 @@ def _style_room(room: Room, floor_schemas: list[LabelSchema], schemas: Schemas) 
     probability = room.label_probability
     return RoomStyle(
         color=color if name else NEUTRAL_COLOR,
-        opacity=PARTIAL_OPACITY if room.partial else OPACITY,
+        opacity=_find_opacity(room),
         is_corridor=room.labels.get(LabelSet.R_C, coarse) in CORRIDOR_LABELS,
         is_uncertain=probability is not None and probability < CERTAIN_FROM,
         function=_FUNCTIONS.get(coarse),
     )
+
+
+def _find_opacity(room: Room) -> float:
+    if room.flag == PREDICTED_FLAG:
+        return PREDICTED_OPACITY
+    return PARTIAL_OPACITY if room.partial else OPACITY
 
 
 def _coarsen(name: str, room: Room, label: Label | None, schemas: Schemas) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Hashable, Mapping
+from collections.abc import Hashable, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Final, Literal
 
@@ -14,6 +14,7 @@ from pianta.errors import DataError
 from pianta.io._checked import FileFormat, read_checked
 from pianta.io._faults import validation_as
 from pianta.io._files import atomic_file
+from pianta.prediction.continuation.continuations import Continuations
 from pianta.prediction.prediction import OpenEnd, Prediction, SampleInterval
 from pianta.prediction.revealed_floor import RevealedFloor
 from pianta.prediction.unexplored_part import SampledFloor
@@ -31,7 +32,11 @@ def save_prediction(
 
     truth: is added to the file. Raises PiantaError if the file cannot be written.
     """
-    content = describe_prediction(prediction, building_type, truth=truth)
+    save_content(describe_prediction(prediction, building_type, truth=truth), path)
+
+
+def save_content(content: Mapping[str, Any], path: str | Path) -> None:
+    """Write what describe_prediction has described. Raises PiantaError if the file cannot be written."""
     with atomic_file(path) as temporary:
         temporary.write_text(
             json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False) + "\n", encoding="utf-8"
@@ -39,11 +44,39 @@ def save_prediction(
 
 
 def describe_prediction(
-    prediction: Prediction, building_type: str, *, truth: RevealedFloor | None = None
+    prediction: Prediction,
+    building_type: str,
+    *,
+    truth: RevealedFloor | None = None,
+    plans: Mapping[str, Any] | None = None,
 ) -> dict[str, Any]:
-    """The content of the file of a prediction, with a truth if there is one; areas in m²."""
+    """The content of the file of a prediction, with a truth and plans if there are; areas in m²."""
     content = _describe(prediction, building_type)
+    if plans is not None:
+        content["plans"] = plans
     return content if truth is None else {**content, "truth": _describe_truth(truth)}
+
+
+def describe_plans(continuations: Continuations, names: Sequence[str], grid: str) -> dict[str, Any]:
+    """Drawn samples in the file of a prediction; names: of their files; grid: of that of the shares."""
+    floors = [
+        {
+            "file": name,
+            "sample": plan.sample + 1,
+            "share": round(plan.share, DIGITS),
+            "unplaced": plan.unplaced,
+            "given_up": plan.given_up,
+        }
+        for name, plan in zip(names, continuations.plans, strict=False)
+    ]
+    rows, columns = continuations.grid.free.shape
+    frame = {
+        "resolution": continuations.grid.resolution,
+        "origin": [*continuations.grid.origin],
+        "shape": [rows, columns],
+    }
+    placed, doors = round(continuations.placed, DIGITS), round(continuations.doors, DIGITS)
+    return {"floors": floors, "rooms_placed": placed, "doors_drawn": doors, "grid": {"file": grid, **frame}}
 
 
 def name_rooms(sample: SampledFloor, prediction: Prediction) -> nx.Graph:

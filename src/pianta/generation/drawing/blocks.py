@@ -90,19 +90,40 @@ def paint_cells(block: Block, margin: int) -> Cells:
     return cells
 
 
+class Contact(NamedTuple):
+    """A straight wall that two rooms share: its length in cells, and its first cell.
+
+    is_level: whether it runs along a row, below that row; otherwise along a column, after that column.
+    """
+
+    length: int
+    row: int
+    column: int
+    is_level: bool
+
+
 def measure_contacts(cells: Cells) -> dict[tuple[int, int], int]:
     """The cells of the longest straight wall that two rooms share, by the rooms, the smaller number first."""
-    longest: dict[tuple[int, int], int] = {}
+    return {rooms: contact.length for rooms, contact in find_contacts(cells).items()}
+
+
+def find_contacts(cells: Cells) -> dict[tuple[int, int], Contact]:
+    """The longest straight wall that two rooms share, by the rooms, the smaller number first."""
+    longest: dict[tuple[int, int], Contact] = {}
     size = int(cells.max()) + 1
-    for lines in (cells, np.ascontiguousarray(cells.T)):
+    for is_level in (True, False):
+        lines = cells if is_level else np.ascontiguousarray(cells.T)
         low, high = np.minimum(lines[:-1], lines[1:]), np.maximum(lines[:-1], lines[1:])
         pairs = np.where((low >= 0) & (low != high), low.astype(np.int64) * size + high, NO_ROOM)
         # A column without a pair parts the rows
         pairs = np.pad(pairs, ((0, 0), (0, 1)), constant_values=NO_ROOM).ravel()
         starts = np.flatnonzero(np.diff(pairs, prepend=pairs[0] - 1))
         lengths = np.diff(np.append(starts, pairs.size))
-        for pair, length in zip(pairs[starts].tolist(), lengths.tolist(), strict=True):
-            if pair >= 0:
-                rooms = divmod(pair, size)
-                longest[rooms] = max(length, longest.get(rooms, 0))
+        for start, length in zip(starts.tolist(), lengths.tolist(), strict=True):
+            if pairs[start] < 0:
+                continue
+            rooms = divmod(int(pairs[start]), size)
+            if rooms not in longest or length > longest[rooms].length:
+                row, column = divmod(start, lines.shape[1] + 1)
+                longest[rooms] = Contact(length, *((row, column) if is_level else (column, row)), is_level)
     return longest

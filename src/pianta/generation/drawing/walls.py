@@ -31,7 +31,7 @@ def build_plan(
 
     cells: the node of each cell. Rooms called ENTRANCE have a door to the outside if they have an outer wall.
     """
-    spaces = {node: _outline(cells, node) for node in graph}
+    spaces = {node: outline_cells(cells, node) for node in graph}
     axes = find_wall_axes(spaces.values())
     footprint = unary_union([*spaces.values()])
     walls = find_wall_body(axes, footprint)
@@ -40,7 +40,7 @@ def build_plan(
         for node, space in spaces.items()
     ]
     inner = [
-        Door((one + 1, other + 1), *_position_door(find_shared_wall(spaces[one], spaces[other]), DOOR_WIDTHS, rng))
+        Door((one + 1, other + 1), *position_door(find_shared_wall(spaces[one], spaces[other]), DOOR_WIDTHS, rng))
         for one, other in doors
     ]
     return Floor(
@@ -52,7 +52,7 @@ def build_plan(
     )
 
 
-def _outline(cells: Cells, room: int) -> Polygon:
+def outline_cells(cells: Cells, room: int) -> Polygon:
     """The outline of a room, metres."""
     rows, columns = np.nonzero(np.diff(np.pad(cells == room, ((0, 0), (1, 1))).astype(np.int8), axis=1))
     runs = box(columns[::2] * CELL, rows[::2] * CELL, columns[1::2] * CELL, (rows[::2] + 1) * CELL)
@@ -69,11 +69,11 @@ def _make_entrances(
         sides: Sequence[LineString] = [*split_sides(spaces[node].boundary.intersection(footprint.exterior))]
         longest = max(sides, key=lambda side: side.length, default=LineString())
         if longest.length >= ENTRANCE_WIDTH + 2 * MARGIN:
-            entrances.append(Door((node + 1, None), *_position_door(longest, (ENTRANCE_WIDTH, ENTRANCE_WIDTH), rng)))
+            entrances.append(Door((node + 1, None), *position_door(longest, (ENTRANCE_WIDTH, ENTRANCE_WIDTH), rng)))
     return entrances
 
 
-def _position_door(wall: LineString, widths: tuple[float, float], rng: np.random.Generator) -> tuple[LineString, float]:
+def position_door(wall: LineString, widths: tuple[float, float], rng: np.random.Generator) -> tuple[LineString, float]:
     """A door at a random position of a wall, from jamb to jamb, and its width."""
     free = wall.length - 2 * MARGIN
     width = round(min(rng.uniform(*widths), free), 2)
