@@ -43,6 +43,8 @@ if TYPE_CHECKING:
     from pianta.navigation.route_graph import build_route_graph
     from pianta.patterns.model_floor_plan import ModelFloorPlan, find_model_floor_plan
     from pianta.plan.read_plan import read_plan
+    from pianta.prediction.continuation.continuations import Continuation, Continuations, draw_continuations
+    from pianta.prediction.continuation.shares import ShareGrid
     from pianta.prediction.prediction import Prediction, predict
     from pianta.reading.read import Failure, read, read_all
     from pianta.reading.reading import Reading
@@ -56,6 +58,8 @@ __all__ = [
     "METHODS",
     "BatchItem",
     "Building",
+    "Continuation",
+    "Continuations",
     "Door",
     "DrawnPlan",
     "Failure",
@@ -69,6 +73,7 @@ __all__ = [
     "Prediction",
     "Reading",
     "Room",
+    "ShareGrid",
     "Storey",
     "StructureParameters",
     "ThesisParameters",
@@ -78,6 +83,7 @@ __all__ = [
     "clean_map",
     "collect_batch",
     "convert",
+    "draw_continuations",
     "draw_plan",
     "errors",
     "evacuate",
@@ -113,6 +119,8 @@ _MODULES = {
     "METHODS": "layout.reconstruct",
     "BatchItem": "batch.run_batch",
     "Building": "building",
+    "Continuation": "prediction.continuation.continuations",
+    "Continuations": "prediction.continuation.continuations",
     "Door": "floor",
     "DrawnPlan": "generation.drawing.draw",
     "Failure": "reading.read",
@@ -126,6 +134,7 @@ _MODULES = {
     "Prediction": "prediction.prediction",
     "Reading": "reading.reading",
     "Room": "floor",
+    "ShareGrid": "prediction.continuation.shares",
     "Storey": "building",
     "StructureParameters": "layout.parameters",
     "ThesisParameters": "layout.parameters",
@@ -134,6 +143,7 @@ _MODULES = {
     "clean_map": "layout.clean_map",
     "collect_batch": "batch.collect",
     "convert": "io.writers.convert",
+    "draw_continuations": "prediction.continuation.continuations",
     "draw_plan": "generation.drawing.draw",
     "errors": "errors",
     "evacuate": "evacuation.evacuate",

@@ -235,9 +235,11 @@ class FloorPredictor:
 
         floor, grid = _read_outlines(path)
         if not floor.rooms:
-            raise FloorError("it has no outlines of rooms, which plans need; give floor.geojson or leave out plans=")
+            raise FloorError(
+                "it has no outlines of rooms, which plans need; give floor.geojson, or leave out plans=True"
+            )
         observed_map = grid if truth is None else None
-        return draw_continuations(prediction, floor, self.model, grid=observed_map, truth=truth, seed=self.seed)
+        return draw_continuations(prediction, floor, model=self.model, grid=observed_map, truth=truth, seed=self.seed)
 
 
 @dataclass(frozen=True)

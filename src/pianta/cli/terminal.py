@@ -43,6 +43,7 @@ FLAGS = {
     "label_unknown=True": "--label-unknown",
     "predict_partial=False": "--no-predictions",
     "as_printed=True": "--as-printed",
+    "plans=True": "--plans",
     "method='thesis'": "--method thesis",
     "input_kind='map'": "--as map",
     "input_kind='plan'": "--as plan",

@@ -85,8 +85,8 @@ class Continuations:
 def draw_continuations(
     prediction: Prediction,
     floor: Floor,
-    model: TypeModel,
     *,
+    model: TypeModel,
     grid: GridMap | None = None,
     truth: RevealedFloor | None = None,
     seed: int = 0,
@@ -136,8 +136,9 @@ def draw_continuations(
     >>> import pianta
     >>> floor = pianta.read_floor("explored/floor.geojson")  # doctest: +SKIP
     >>> model = pianta.load_model("school.json")  # doctest: +SKIP
-    >>> drawn = pianta.draw_continuations(pianta.predict(floor, model), floor, model)  # doctest: +SKIP
-    >>> drawn.plans[0].floor.save("plan-1.geojson")  # doctest: +SKIP
+    >>> prediction = pianta.predict(floor, model)  # doctest: +SKIP
+    >>> continuations = pianta.draw_continuations(prediction, floor, model=model)  # doctest: +SKIP
+    >>> continuations.plans[0].floor.save("plan-1.geojson")  # doctest: +SKIP
     """
     check_argument(prediction, (Prediction,), "prediction", "a result of predict")
     check_argument(floor, (Floor,), "floor", "the Floor that was predicted")

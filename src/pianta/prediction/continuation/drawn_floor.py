@@ -80,9 +80,15 @@ def draw_floor(sample: SampleRooms, known_part: KnownPart, frame: GridMap) -> Fl
     first = max(known_part.floor.last_id, *rooms) + 1
     ids = {node: first + number for number, node in enumerate(node for node in spaces if node not in sample.partial)}
     ids |= {node: known_part.ids[number] for node, number in sample.partial.items()}
+    gap = INNER_WALL / 2
     for node, space in spaces.items():
-        others = [room.polygon for room in known_part.floor if room.id != ids[node]]
-        shape = to_map(space.difference(body)).difference(shapely.union_all(others).buffer(INNER_WALL / 2))
+        shape = to_map(space.difference(body))
+        others = [
+            room.polygon
+            for room in known_part.floor
+            if room.id != ids[node] and shapely.dwithin(room.polygon, shape, gap)
+        ]
+        shape = shape.difference(shapely.union_all([other.buffer(gap) for other in others]))
         if node in sample.partial:
             rooms[ids[node]] = _extend(rooms[ids[node]], shape)
         elif (outline := largest_part(shape)).area >= LEAST_AREA:

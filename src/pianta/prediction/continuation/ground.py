@@ -33,6 +33,7 @@ REACHES = (0.3, 0.5, 0.75, 1.0, 1.3)  # m from a door to the first free cell beh
 MARGIN_FACTOR = 1.5  # free space around the known part, over the side of a square of the area of all unknown rooms
 MARGINS = (15.0, 80.0)  # m, smallest and largest
 LARGEST = 250_000.0  # m², of the known part with the space around it; limits memory to some hundred megabytes
+ROUNDING = 1e-6  # of a cell
 CROSS = cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3))
 
 
@@ -140,7 +141,7 @@ def make_frame(outlines: Sequence[BaseGeometry], margin: float) -> GridMap:
     if not width * height <= LARGEST:
         size = f"{width:.0f} m × {height:.0f} m"
         raise FloorError(f"the floor has {size} with the space around it, give one of {LARGEST:.0f} m² at most")
-    columns, rows = ceil(width / CELL), ceil(height / CELL)
+    columns, rows = (ceil(side / CELL - ROUNDING) for side in (width, height))
     x, y = _turn(np.array([[left - margin, bottom - margin]]), yaw)[0].tolist()
     return GridMap(np.zeros((rows, columns), np.int8), CELL, (x, y, yaw))
 

@@ -65,9 +65,11 @@ def locate_known_part(explored: ExploredPart, floor: Floor, truth: RevealedFloor
         pair = frozenset((names[near], far))
         if pair not in lines:
             raise FloorError(f"the floor has no door between rooms {name_some([names[near], far])} of the prediction")
+        # A room of which a part is seen through two doors is at the first
+        if truth is None and far in ids.values():
+            continue
         ends[node] = lines[pair]
-        # A room that is seen through two doors is at the first
-        if truth is None and far not in ids.values():
+        if truth is None:
             ids[node] = far
     near_ids = {node: names[near] for node, near in explored.doors.items()}
     if truth is None:
@@ -90,7 +92,7 @@ def _list_doors(floor: Floor) -> dict[frozenset[Hashable], LineString]:
 def _clip_to_sight(floor: Floor, corridor: int, closed: AbstractSet[int]) -> BaseGeometry:
     """What is seen of a corridor from the doors that join it to known rooms."""
     lines = [door.line for door in floor.doors if corridor in door.room_ids and not closed.isdisjoint(door.room_ids)]
-    return floor[corridor].polygon.intersection(shapely.union_all(lines).buffer(SIGHT))
+    return floor[corridor].polygon.intersection(shapely.union_all([line.buffer(SIGHT) for line in lines]))
 
 
 def _reveal(floor: Floor, closed: AbstractSet[int], partial: Mapping[int, BaseGeometry]) -> Floor:

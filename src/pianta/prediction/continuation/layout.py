@@ -25,6 +25,7 @@ LONGEST = 60  # cells, side of a room that is no corridor
 CORRIDOR_WIDTHS = (4, 5, 7)  # cells
 CORRIDOR_SHARES = (1.0, 0.75, 0.5, 0.3, 0.15)  # of the length that a corridor should have
 SHORTEST_CORRIDOR = 6  # cells
+LEAST_REST = 18.0  # cells, that are added to a room of which a part is seen, if it leads to unknown rooms
 BAND = 12  # cells beside a corridor, where its rooms are to be
 # What a place is worth: the share of its outline at other rooms, of free bands beside it, and chance.
 SNUG_WEIGHT = 1.0
@@ -47,9 +48,10 @@ def fill_space(filler: SpaceFiller, partial: Mapping[int, float], parents: Mappi
     # Open corridors and rooms that are seen in part go on
     order = filler.rng.permutation(len(partial)).tolist()
     for node in sorted(([*partial][index] for index in order), key=lambda node: node not in filler.corridors):
-        rest = filler.areas.get(node, 0.0) - partial[node]
+        inside = children.get(node, [])
+        rest = max(filler.areas.get(node, 0.0) - partial[node], LEAST_REST if inside else 0.0)
         if rest >= NARROWEST**2:
-            filler.add_room(node, node, rest, children.get(node, []))
+            filler.extend_room(node, rest, inside)
     ready = [node for node, parent in parents.items() if parent is None]
     ready += [child for node in partial for child in children.get(node, [])]
     while ready:
@@ -83,16 +85,29 @@ class SpaceFiller:
             return self._add_near(self.thresholds[node], node, area, inside, covers=True)
         # Without space at the room that leads to it, a room stands at any other, and its door is given up
         is_placed = self._add_near(self.cells == parent, node, area, inside)
-        return is_placed or (node != parent and self._add_near(self.cells >= 0, node, area, inside))
+        return is_placed or self._add_near(self.cells >= 0, node, area, inside)
 
-    def _add_near(self, near: Mask, node: int, area: float, inside: Sequence[int], *, covers: bool = False) -> bool:
-        """Add a rectangle that touches the cells that are near, or covers them."""
+    def extend_room(self, node: int, area: float, inside: Sequence[int]) -> bool:
+        """Add a rectangle to a room of which a part is seen, which needs no wall for a door; False without space."""
+        return self._add_near(self.cells == node, node, area, inside, contact=1)
+
+    def _add_near(
+        self,
+        near: Mask,
+        node: int,
+        area: float,
+        inside: Sequence[int],
+        contact: int = DOOR_CELLS,
+        *,
+        covers: bool = False,
+    ) -> bool:
+        """Add a rectangle that touches cells that are near with as many cells of a side, or covers all of them."""
         if not near.any():
             return False
         is_strip = node in self.corridors
         for sizes in self._list_strips(area, inside) if is_strip else self._list_rooms(area):
             crop = _crop(near, max(map(max, sizes)) + BAND + 2)
-            window = _Window(_Sums.from_mask(self.cells[crop] != NO_ROOM), _Sums.from_mask(near[crop]), covers=covers)
+            window = _Window(_Sums.from_mask(self.cells[crop] != NO_ROOM), _Sums.from_mask(near[crop]), contact, covers)
             rated = [(window.rate(*size, is_strip=is_strip, rng=self.rng), size) for size in sizes]
             values, (rows, columns) = max(rated, key=lambda each: each[0].max())
             row, column = divmod(int(values.argmax()), values.shape[1])
@@ -146,11 +161,13 @@ class _Sums:
 class _Window:
     """A part of the cells in which a place is looked for.
 
-    occupied: cells that are not free. near: those that a place must touch, or cover.
+    occupied: cells that are not free. near: those that a place must touch with as many cells of a side as `contact`, or
+    cover.
     """
 
     occupied: _Sums
     near: _Sums
+    contact: int
     covers: bool
 
     def rate(self, rows: int, columns: int, *, is_strip: bool, rng: np.random.Generator) -> Floats:
@@ -174,7 +191,7 @@ class _Window:
         return np.asarray(covered == self.near.integral[-1, -1])
 
     def _find_touching(self, rows: int, columns: int) -> Mask:
-        """Whether one of the four sides has enough cells for a door."""
+        """Whether one of the four sides touches enough cells."""
         across, down = self.near.box(1, columns), self.near.box(rows, 1)
         sides = (
             across[: -rows - 1, INNER],
@@ -182,7 +199,7 @@ class _Window:
             down[INNER, : -columns - 1],
             down[INNER, columns + 1 :],
         )
-        return np.asarray(np.maximum.reduce(sides) >= DOOR_CELLS)
+        return np.asarray(np.maximum.reduce(sides) >= self.contact)
 
     def _measure_bands(self, rows: int, columns: int) -> Floats:
         """The free share of the bands along the long sides of each place; outside the window all is occupied."""

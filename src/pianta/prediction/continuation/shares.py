@@ -18,6 +18,7 @@ Shares = NDArray[np.float32]
 Index: TypeAlias = slice | Indices
 
 FINEST = 0.1  # m, least side of a cell of a grid of shares
+ROUNDING = 1e-6  # of a block
 RIM = 10  # cells around the known part and all sampled rooms, without a map
 
 
@@ -92,15 +93,14 @@ def crop_grid(grid: ShareGrid) -> ShareGrid:
 
 def move_to_map(grid: ShareGrid, observed_map: GridMap) -> ShareGrid:
     """A cropped grid on blocks of cells of a map, whose known cells replace the shares."""
-    factor = max(1, ceil(FINEST / observed_map.resolution - 1e-9))
+    factor = max(1, ceil(FINEST / observed_map.resolution - ROUNDING))
     height, width = grid.free.shape
     corners = grid.frame.pixel_to_map([0, 0, height, height], [0, width, 0, width])
     rows, cols = observed_map.map_to_pixel(*corners)
     # Blocks are counted from the lower left corner of the map
-    low = np.floor(np.array([(observed_map.shape[0] - rows).min(), cols.min()]) / factor).clip(None, 0).astype(int)
-    high = np.ceil(np.maximum([(observed_map.shape[0] - rows).max(), cols.max()], observed_map.shape) / factor).astype(
-        int
-    )
+    ends = np.array([observed_map.shape[0] - rows, cols]) / factor
+    low = np.floor(ends.min(axis=1) + ROUNDING).clip(None, 0).astype(int)
+    high = np.ceil(np.maximum(ends.max(axis=1), np.array(observed_map.shape) / factor) - ROUNDING).astype(int)
     shape = (int(high[0] - low[0]), int(high[1] - low[1]))
     x, y = observed_map.pixel_to_map(observed_map.shape[0] - low[0] * factor, low[1] * factor)
     frame = GridMap(
