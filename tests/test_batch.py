@@ -372,7 +372,7 @@ class TestFaults:
         assert [path.name for path in tmp_path.iterdir()] == ["started"]
 
     @pytest.mark.slow
-    def test_a_program_without_the_guard_of_main_is_told_so(self, maps, tmp_path):
+    def test_the_message_for_a_program_without_a_guard_of_main_names_it(self, maps, tmp_path):
         """Each process would run the program again."""
         program = tmp_path / "program.py"
         program.write_text(f"import pianta\nfor item in pianta.read_batch([{str(maps)!r}], out='out', jobs=2): pass\n")

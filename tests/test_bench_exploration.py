@@ -19,7 +19,7 @@ from pianta.exploration.world import build_world
 from pianta.floor import Floor
 from pianta.prediction.unexplored_part import FloorSampler
 from pianta_bench.data.annotated_floors import AnnotatedFloor, read_annotated_buildings
-from pianta_bench.exploration import DRAWN, SYNTHETIC
+from pianta_bench.exploration import DRAWN_SET, SYNTHETIC
 from pianta_bench.exploration import buildings as exploration_buildings
 from pianta_bench.exploration import measure as exploration_measure
 from pianta_bench.exploration.buildings import draw_buildings, make_buildings, read_buildings
@@ -111,14 +111,16 @@ class TestDrawnSchools:
     def test_they_are_whole_and_policies_learn_from_the_real_ones(self, tiny, monkeypatch):
         monkeypatch.setattr(exploration_buildings, "DRAWN_SCHOOLS", 3)
         monkeypatch.setattr("pianta_bench.exploration.buildings.read_annotated_buildings", read_as_buildings)
-        drawn = draw_buildings(tiny)
-        assert len(drawn.buildings) == 3
-        for building in drawn.buildings:
-            assert (building.part, building.building_type, len(building.others)) == (DRAWN, "school", len(SCHOOLS))
+        building_set = draw_buildings(tiny)
+        assert len(building_set.buildings) == 3
+        for building in building_set.buildings:
+            assert (building.part, building.building_type, len(building.others)) == (DRAWN_SET, "school", len(SCHOOLS))
             assert nx.is_connected(building.floor.graph())
-        assert drawn.notes[0].startswith("Generated and drawn with all doors; ")
+        assert building_set.notes[0].startswith("Generated and drawn with all doors; ")
         again = draw_buildings(tiny)
-        assert [building.floor for building in again.buildings] == [building.floor for building in drawn.buildings]
+        assert [building.floor for building in again.buildings] == [
+            building.floor for building in building_set.buildings
+        ]
 
     def test_too_few_schools_are_an_error(self, tmp_path):
         write_schools(tmp_path, "KKKW-KL")
@@ -127,8 +129,8 @@ class TestDrawnSchools:
 
     def test_ranks_are_those_of_mean_metres(self):
         """To 90 % gain is the first in real schools, nearest in drawn ones; other shares have no runs."""
-        results = Results({"policies": ["nearest", "gain", "ours"], "sets": ["school", DRAWN]})
-        metres = {"school": ((30, 10, 20), (30, 20, 10)), DRAWN: ((10, 20, 20),)}
+        results = Results({"policies": ["nearest", "gain", "ours"], "sets": ["school", DRAWN_SET]})
+        metres = {"school": ((30, 10, 20), (30, 20, 10)), DRAWN_SET: ((10, 20, 20),)}
         for part, buildings in metres.items():
             for number, values in enumerate(buildings):
                 for policy, value in zip(results.options["policies"], values, strict=True):

@@ -34,11 +34,11 @@ def list_inputs(paths: Iterable[str | Path]) -> list[Path]:
     """
     files: dict[Path, Path] = {}
     for pattern in paths:
-        found = [file for path in expand_patterns([pattern]) for file in _list_path(path)]
-        if not found:
+        inside = [file for path in expand_patterns([pattern]) for file in _list_path(path)]
+        if not inside:
             remedy = "give one with a map.yaml, pictures or drawings"
             raise OptionError(f"folder {short_repr(pattern)} has no map or plan, {remedy}")
-        for file in found:
+        for file in inside:
             files.setdefault(real_path(file), file)
     return [*files.values()]
 

@@ -10,8 +10,8 @@ from pianta_bench._options import Data, TimedJobs
 from pianta_bench.harness.bench import Bench
 
 SYNTHETIC = "synthetic"
-DRAWN = "drawn"
-SETS = ("school", "office", SYNTHETIC, DRAWN)
+DRAWN_SET = "drawn"
+SETS = ("school", "office", SYNTHETIC, DRAWN_SET)
 
 Sets = Annotated[
     list[str] | None,

@@ -19,7 +19,7 @@ from pianta.io._files import one_line_reason
 from pianta.labels import SCHEMAS, SCHOOL, standard_name
 from pianta.worlds.floors import FLOOR_MAKERS, make_floor
 from pianta_bench.data.annotated_floors import AnnotatedFloor, read_annotated_buildings
-from pianta_bench.exploration import DRAWN, SETS, SYNTHETIC
+from pianta_bench.exploration import DRAWN_SET, SETS, SYNTHETIC
 
 SYNTHETIC_SEEDS = range(3)
 # Robots search for a label that at most this many rooms of the floor have. Chosen by hand.
@@ -38,7 +38,7 @@ class ExploredBuilding:
     """A floor to explore.
 
     part: the set it belongs to. others: the room graphs of all other buildings of its type, to learn from; empty if
-    these are too few. labels: those to search for. building_type: of the labels of others; empty without them.
+    these are too few. labels: those to search for. building_type: that of `others`; empty without them.
     """
 
     part: str
@@ -100,7 +100,9 @@ def draw_buildings(data: Path) -> BuildingSet:
     for number, graph in enumerate(generate(model, ceil(GENERATED * DRAWN_SCHOOLS)), start=1):
         plan = draw_plan(graph, model, seed=number)
         if len(buildings) < DRAWN_SCHOOLS and not plan.given_up:
-            buildings.append(ExploredBuilding(DRAWN, f"drawn-{number:02}", plan.floor, graphs, building_type=real_type))
+            buildings.append(
+                ExploredBuilding(DRAWN_SET, f"drawn-{number:02}", plan.floor, graphs, building_type=real_type)
+            )
         incomplete += len(buildings) < DRAWN_SCHOOLS and bool(plan.given_up)
     note = f"Generated and drawn with all doors; {incomplete} others lack some and were passed over."
     return BuildingSet(tuple(buildings), notes=(note,))

@@ -15,7 +15,7 @@ from pianta.exploration.lidar import Lidar, Pose, scan
 from pianta.exploration.world import build_world
 from pianta.worlds.floors import make_floor
 from pianta_bench.data.folders import find_data
-from pianta_bench.exploration import DRAWN, SYNTHETIC
+from pianta_bench.exploration import DRAWN_SET, SYNTHETIC
 from pianta_bench.exploration.buildings import (
     BuildingSet,
     choose_sets,
@@ -88,7 +88,7 @@ def list_buildings(part: str, data: Path | None) -> BuildingSet:
     """The buildings of a set; data: as of `find_data`."""
     if part == SYNTHETIC:
         return make_buildings()
-    return draw_buildings(find_data(data)) if part == DRAWN else read_buildings(find_data(data), part)
+    return draw_buildings(find_data(data)) if part == DRAWN_SET else read_buildings(find_data(data), part)
 
 
 def list_left_out(results: Results, part: str) -> dict[str, tuple[str, ...]]:

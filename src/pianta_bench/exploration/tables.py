@@ -9,7 +9,7 @@ from statistics import fmean
 from scipy.stats import kendalltau, rankdata
 
 from pianta.labels import SCHOOL
-from pianta_bench.exploration import DRAWN, SYNTHETIC
+from pianta_bench.exploration import DRAWN_SET, SYNTHETIC
 from pianta_bench.exploration.policies import NEAREST
 from pianta_bench.exploration.runs import DECISIONS, SCANS, SECONDS, SHARES, TO_ROOM, name_share
 from pianta_bench.exploration.scores import Pairs, compare_policies, compare_sums, find_best, pair_runs
@@ -90,7 +90,7 @@ def tabulate(results: Results) -> list[FilledTable]:
     """Policies that predict in all buildings of the data, then for each set distances, ratios, searches, and time."""
     policies = results.options["policies"]
     tables = [tabulate_predicting(results)] if list_policies(results, predicts=True) else []
-    if {REAL, DRAWN} <= {*results.options["sets"]}:
+    if {REAL, DRAWN_SET} <= {*results.options["sets"]}:
         tables.append(tabulate_ranks(results))
     for part in results.options["sets"]:
         own = results.select(part=part)
@@ -113,7 +113,7 @@ def tabulate(results: Results) -> list[FilledTable]:
 def tabulate_predicting(results: Results) -> FilledTable:
     """Policies that predict against the best that does not, in schools and offices, or in made floors alone."""
     sets = results.options["sets"]
-    parts = [part for part in sets if part not in {SYNTHETIC, DRAWN}] or [*sets]
+    parts = [part for part in sets if part not in {SYNTHETIC, DRAWN_SET}] or [*sets]
     tasks = {f"to {SHARE_LABELS[name_share(COMPARED_SHARE)]}": name_share(COMPARED_SHARE), "to a room": TO_ROOM}
     records: list[Record] = []
     for policy, (task, metric) in product(list_policies(results, predicts=True), tasks.items()):
@@ -133,14 +133,14 @@ def tabulate_ranks(results: Results) -> FilledTable:
     for metric, share in SHARE_LABELS.items():
         ranks = {
             part: rank_policies(pair_runs(results.select(part=part, metric=metric), policies), policies)
-            for part in (REAL, DRAWN)
+            for part in (REAL, DRAWN_SET)
         }
         for part, by_policy in ranks.items():
             records += [
                 {"policy": policy, "column": f"{share}\n{part}", "value": by_policy.get(policy)} for policy in policies
             ]
         if all(ranks.values()) and len(policies) > 1:
-            tau = kendalltau([ranks[REAL][each] for each in policies], [ranks[DRAWN][each] for each in policies])
+            tau = kendalltau([ranks[REAL][each] for each in policies], [ranks[DRAWN_SET][each] for each in policies])
             notes.append(f"{share}: Kendall's tau {tau.statistic:.2f}.")
     return RANKS.fill(records, notes=notes)
 
