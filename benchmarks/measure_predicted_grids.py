@@ -17,7 +17,7 @@ outline, unless in a door. The log loss is the mean of -ln of the probability of
   them at an open end, and other cells have the share of free cells of their class on other schools; a class also says
   whether the cell lies between the outermost lines in x and in y.
 - shares: (share of samples + s) / (1 + 2 s), with the s of the least loss on other schools.
-- blurred shares: a logistic regression on the log-odds of the share and of that blurred by 1, 2, 4 and 8 m.
+- blurred shares: a logistic regression on the log-odds of the share blurred by 4 and by 8 m.
 - free probability: the same with the logarithms of both distances; that of `ShareGrid.free_probability`.
 
 Everything that is fitted is fitted to the schools of other buildings, in six folds. The last lines are the weights that
@@ -53,7 +53,7 @@ from pianta.io.buildings.thesis_xml import read_building_xml
 from pianta.labels import SCHEMAS, LabelConvention
 from pianta.prediction.continuation.continuations import SampleDrawer
 from pianta.prediction.continuation.count_samples import SampleCounts
-from pianta.prediction.continuation.free_probability import LEAST_SHARE, describe_cells
+from pianta.prediction.continuation.free_probability import describe_cells
 from pianta.prediction.continuation.ground import PARTS, cover
 from pianta.prediction.continuation.known_part import KnownPart, locate_known_part
 from pianta.prediction.explored_part import read_explored_part
@@ -82,23 +82,18 @@ Fit = Callable[["Sequence[Case]"], Callable[["Case"], Floats]]
 
 @dataclass(frozen=True, eq=False)
 class Case:
-    """The scored cells of a floor, explored to a stage, shapes (N,); features: as of describe_cells, shape (N, 7)."""
+    """The scored cells of a floor, explored to a stage, shapes (N,); features: as of describe_cells, shape (N, 4)."""
 
     name: str
     explored: int
     building: str
     free: Mask
+    share: Floats
     features: Floats
     classes: Indices
 
-    @property
-    def share(self) -> Floats:
-        """Of samples, from its log-odds."""
-        odds = np.exp(self.features[:, 0])
-        return np.asarray((odds * (1 + LEAST_SHARE) - LEAST_SHARE) / (1 + odds))
-
     def find_bins(self, columns: Sequence[int]) -> Indices:
-        """The number of the distances to the known part (5) or to an open end (6), or both, by EDGES."""
+        """The number of the distances to the known part (2) or to an open end (3), or both, by EDGES."""
         bins = [np.digitize(np.expm1(self.features[:, column]), EDGES) for column in columns]
         return np.asarray(np.ravel_multi_index(bins, [len(EDGES) + 1] * len(bins)))
 
@@ -164,19 +159,19 @@ def measure_case(  # noqa: PLR0917
     counts = (drawer := SampleDrawer.make(prediction, known_part, model)).count().cells
     rooms = [floor[number].polygon for number in truth.graph]
     frame, padding = widen(drawer.ground.frame, rooms)
-    features = describe_padded(counts, padding)
+    share, features = describe_padded(counts, padding)
     unseen = ~cover([outline.buffer(WALL) for outline in known_part.outlines], frame)
     outlines = shapely.union_all([room.boundary for room in rooms]).buffer(WALL)
     doors = [door.line.buffer(1.5 * WALL, cap_style="flat") for door in floor.doors if door.joins_rooms]
     free = cover(rooms, frame) & ~(cover([outlines], frame) & ~cover(doors, frame))
-    classes = classify_by_lines(known_part, frame, np.repeat(np.repeat(features[..., 6], PARTS, 0), PARTS, 1))
+    classes = classify_by_lines(known_part, frame, np.repeat(np.repeat(features[..., 3], PARTS, 0), PARTS, 1))
     scored = find_box(rooms, frame) & unseen
     rows, columns = np.nonzero(scored[::STEP, ::STEP])
     rows, columns = rows * STEP, columns * STEP
     name, explored, building = names
-    cells = features[rows // PARTS, columns // PARTS]
+    cells = (rows // PARTS, columns // PARTS)
     print(f"{name} after {explored} corridors: {len(rows)} cells, {free[rows, columns].mean():.0%} free", flush=True)
-    return Case(name, explored, building, free[rows, columns], cells, classes[rows, columns])
+    return Case(name, explored, building, free[rows, columns], share[cells], features[cells], classes[rows, columns])
 
 
 def forget_open_areas(part: nx.Graph, known_part: KnownPart) -> None:
@@ -198,12 +193,12 @@ def widen(frame: GridMap, rooms: Sequence[BaseGeometry]) -> tuple[GridMap, list[
     return GridMap(np.zeros(shape, np.int8), CELL / PARTS, (float(x), float(y), frame.origin[2])), padding
 
 
-def describe_padded(counts: SampleCounts, padding: list[tuple[int, int]]) -> Floats:
-    """The features of the cells of a ground with more cells around it."""
+def describe_padded(counts: SampleCounts, padding: list[tuple[int, int]]) -> tuple[Floats, Floats]:
+    """The shares and the features of the cells of a ground with more cells around it."""
     share, unknown = counts.average()
     openings = np.pad(counts.ground.openings, padding)
-    wide = np.pad(share, padding), np.pad(unknown, padding, constant_values=1)
-    return describe_cells(*wide, openings, cell=CELL)
+    share, unknown = np.pad(share, padding), np.pad(unknown, padding, constant_values=1)
+    return share, describe_cells(share, unknown, openings, cell=CELL)
 
 
 def find_box(rooms: Sequence[BaseGeometry], frame: GridMap) -> Mask:
@@ -312,11 +307,11 @@ def fit_logistic(cases: Sequence[Case], columns: slice) -> Callable[[Case], Floa
 
 PREDICTORS: dict[str, Fit] = {
     "half": fit_half,
-    "average map": lambda cases: fit_table(cases, lambda case: case.find_bins((5,))),
-    "average map at open ends": lambda cases: fit_table(cases, lambda case: case.find_bins((5, 6))),
+    "average map": lambda cases: fit_table(cases, lambda case: case.find_bins((2,))),
+    "average map at open ends": lambda cases: fit_table(cases, lambda case: case.find_bins((2, 3))),
     "wall lines": lambda cases: fit_table(cases, lambda case: case.classes),
     "shares": fit_smoothing,
-    "blurred shares": lambda cases: fit_logistic(cases, slice(5)),
+    "blurred shares": lambda cases: fit_logistic(cases, slice(2)),
     "free probability": lambda cases: fit_logistic(cases, slice(None)),
 }
 

@@ -34,8 +34,9 @@ class ShareGrid:
     free, wall, outside
         Shares, shape (H, W); their sum is 1. In the known part they are 0 or 1.
     free_probability
-        The probability that the cell is free, shape (H, W): from the shares around it and the distance to the known
-        part; its weights were fitted to schools.
+        The probability that the cell is free if it is near the building, shape (H, W): from the shares around it and
+        the distances to the known part and to its open ends. Fitted to schools, on cells in the box around the building
+        and 5 m more; farther away it is too high.
     observed
         Whether the cell was seen, shape (H, W).
     resolution
