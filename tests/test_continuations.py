@@ -3,11 +3,13 @@
 import json
 from dataclasses import replace
 from math import cos, log, pi, sin
+from typing import Any
 
 import numpy as np
 import pytest
 import shapely
 from shapely import LineString, Point, affinity, box
+from shapely.geometry.base import BaseGeometry
 
 import pianta
 from pianta.errors import FloorError, ModelError, OptionError
@@ -65,7 +67,7 @@ def make_floor() -> Floor:
 def turn(floor: Floor, angle: float, x: float, y: float) -> Floor:
     """A floor in another frame."""
 
-    def move(shape):
+    def move(shape: BaseGeometry) -> Any:
         return affinity.translate(affinity.rotate(shape, angle, (0, 0), use_radians=True), x, y)
 
     rooms = tuple(replace(room, polygon=move(room.polygon)) for room in floor)
@@ -125,14 +127,14 @@ class TestDrawContinuations:
         for plan in continuations.plans:
             check_plan(plan.floor, floor)
         # The sides of new rooms are along the walls
-        plan = max((plan.floor for plan in continuations.plans), key=len)
-        assert len(plan) > len(floor)
-        for room in (room for room in plan if room.flag):
+        largest = max((plan.floor for plan in continuations.plans), key=len)
+        assert len(largest) > len(floor)
+        for room in (room for room in largest if room.flag):
             side = np.diff(shapely.get_coordinates(room.polygon), axis=0)[0]
             turned = (np.arctan2(side[1], side[0]) - angle) / (pi / 2)
             assert turned == pytest.approx(round(turned), abs=0.01)
         frame = continuations.grid.frame
-        for room in plan:
+        for room in largest:
             point = room.polygon.representative_point()
             row, col = (int(part) for part in frame.map_to_pixel(point.x, point.y))
             assert continuations.grid.observed[row, col] == (room.flag is None)
