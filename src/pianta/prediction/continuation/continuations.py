@@ -173,7 +173,7 @@ class Counts:
     @property
     def doors(self) -> float:
         """Share of the doors between unknown rooms that have a wall; 1 without any."""
-        return 1 - self.numbers["given up"] / max(1, self.numbers["doors"])
+        return self.numbers["walls"] / self.numbers["doors"] if self.numbers["doors"] else 1.0
 
 
 @dataclass(frozen=True, eq=False)

@@ -64,11 +64,15 @@ class SampleRooms:
 
     @cached_property
     def numbers(self) -> dict[str, int]:
-        """Counts of unknown rooms, of those without cells, of their doors, and of placed rooms' doors without wall."""
+        """Counts of unknown rooms, of those without cells, of their doors and of those with a wall.
+
+        given up: doors between placed rooms without a wall.
+        """
         placed = {*self.placed}
         given_up = sum(placed.issuperset(door) for door in self.doors) - len(self.contacts)
         rooms, unplaced = len(self.unknown), len(self.unknown - placed)
-        return {"rooms": rooms, "unplaced": unplaced, "doors": len(self.doors), "given up": given_up}
+        doors = {"doors": len(self.doors), "walls": len(self.contacts), "given up": given_up}
+        return {"rooms": rooms, "unplaced": unplaced, **doors}
 
 
 def draw_floor(sample: SampleRooms, known_part: KnownPart, frame: GridMap) -> Floor:

@@ -22,7 +22,14 @@ from pianta.generation.drawing.blocks import CELL, NO_ROOM, Cells
 from pianta.gridmap import GridMap
 from pianta.layout.frames import measure_direction
 from pianta.prediction.continuation.known_part import KnownPart
-from pianta.prediction.continuation.layout import BLOCKED, EDGE_WEIGHTS, RANDOM_WEIGHT, SpaceFiller, fill_space
+from pianta.prediction.continuation.layout import (
+    BLOCKED,
+    EDGE_WEIGHTS,
+    RANDOM_WEIGHT,
+    RESERVED,
+    SpaceFiller,
+    fill_space,
+)
 from pianta.prediction.unexplored_part import SampledFloor
 
 # All chosen by hand.
@@ -68,12 +75,15 @@ class Ground:
         numbers: dict[int, int] = {}
         for node, mask in self.partial.items():
             number = sample.known_nodes.get(node, sample.behind.get(node))
+            # In a few samples nothing is behind a door
+            cells[mask] = BLOCKED
             if number is not None and number not in numbers.values() and mask.any():
                 cells[mask] = numbers[node] = number
         thresholds: dict[int, Mask] = {}
         for door, mask in self.thresholds.items():
             if door in sample.behind and mask.any():
                 thresholds.setdefault(sample.behind[door], mask)
+                cells[mask] = RESERVED
         partial = {number: float(self.partial[node].sum()) for node, number in numbers.items()}
         parents = span_unknown(sample, [*partial], [*thresholds], corridors, rng)
         in_cells = {node: area / CELL**2 for node, area in areas.items()}

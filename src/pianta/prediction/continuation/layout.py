@@ -13,6 +13,7 @@ from pianta._types import Floats, Indices, Mask
 from pianta.generation.drawing.blocks import DOOR_CELLS, NARROWEST, NO_ROOM, Cells
 
 BLOCKED = -2  # a cell where no room may be placed
+RESERVED = -3  # a cell before a door, for the room behind it
 
 # All chosen by hand, on the schools of the data. Edges of the spanning tree along which rooms are placed: those of
 # corridors come first, so that rooms are ends.
@@ -66,8 +67,8 @@ def fill_space(filler: SpaceFiller, partial: Mapping[int, float], parents: Mappi
 class SpaceFiller:
     """Places rectangles of rooms in free cells.
 
-    cells: a number of the node, NO_ROOM where there is space, BLOCKED elsewhere; changed. areas: in cells. corridors:
-    nodes. thresholds: node behind an unopened door -> cells before the door.
+    cells: a number of the node, NO_ROOM where there is space, BLOCKED or RESERVED elsewhere; changed. areas: in cells.
+    corridors: nodes. thresholds: node behind an unopened door -> cells before the door.
     """
 
     cells: Cells
@@ -82,6 +83,7 @@ class SpaceFiller:
         inside: the rooms that it leads to.
         """
         if parent is None:
+            self.cells[self.thresholds[node] & (self.cells == RESERVED)] = NO_ROOM
             return self._add_near(self.thresholds[node], node, area, inside, covers=True)
         # Without space at the room that leads to it, a room stands at any other, and its door is given up
         is_placed = self._add_near(self.cells == parent, node, area, inside)
