@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from pianta.generation.drawing.draw import DrawnPlan, draw_plan
     from pianta.generation.generate import generate
     from pianta.generation.train import train_type
+    from pianta.generation.world import make_world
     from pianta.gridmap import GridMap
     from pianta.io.buildings.read import read_building
     from pianta.io.floors import read_floor
@@ -52,7 +53,6 @@ if TYPE_CHECKING:
     from pianta.realism.assess import assess_realism
     from pianta.rooms.label import label_rooms
     from pianta.rooms.training import train_rooms
-    from pianta.worlds.make import make_world
 
 __all__ = [
     "METHODS",
@@ -155,7 +155,7 @@ _MODULES = {
     "assess_realism": "realism.assess",
     "label_rooms": "rooms.label",
     "load_model": "model_files",
-    "make_world": "worlds.make",
+    "make_world": "generation.world",
     "plan_cleaning": "navigation.cleaning",
     "plot": "plot",
     "predict": "prediction.prediction",

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import warnings
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -21,7 +20,15 @@ from pianta.batch.run_batch import (
     collect_warnings,
     digest_options,
 )
-from pianta.errors import BuildingWarning, OptionError, PiantaError
+from pianta.batch.world_folders import (
+    FURNITURE,
+    NOISE,
+    RESOLUTION,
+    WorldOptions,
+    list_world_files,
+    save_worlds,
+)
+from pianta.errors import OptionError, PiantaError
 from pianta.io._files import short_repr
 from pianta.io._folders import atomic_folder, check_output_folder
 
@@ -53,6 +60,11 @@ def generate_batch(
     kernel: str = "weisfeiler-lehman",
     seed: int = 0,
     plans: bool = False,
+    worlds: bool = False,
+    scan: bool = False,
+    furniture: float = FURNITURE,
+    noise: float = NOISE,
+    resolution: float = RESOLUTION,
     jobs: int = 1,
     resume: bool = True,
     only_failed: bool = False,
@@ -78,6 +90,14 @@ def generate_batch(
         As of `generate`.
     plans
         Whether the buildings are also drawn as floors, by `draw_plan`: building-000001.geojson and .png, and plans.png.
+    worlds
+        Whether the floors also become worlds, in folders building-000001 and so on: map.yaml with its image, a world of
+        Gazebo, and the truth with its furniture. Floors are then drawn, too.
+    scan
+        Whether a robot's map of each world is made, too, in the folder scan of its folder.
+    furniture, noise, resolution
+        Of worlds: how full rooms are, by their labels; how bad robots' maps are; and metres per cell, as of
+        `make_world`.
     jobs, resume, only_failed, shard, time_limit, scheduler, progress
         As of `read_batch`, for parts instead of files.
 
@@ -111,6 +131,7 @@ def generate_batch(
 
     run = RunOptions(jobs, resume, only_failed, shard, time_limit, scheduler)
     check_count(count, seed)
+    world_options = WorldOptions(furniture, resolution, scan, noise) if worlds or scan else None
     target = Path(out)
     check_output_folder(target)
     check_parts(target, count)
@@ -127,9 +148,13 @@ def generate_batch(
     sampler = make_sampler(model, **options)
     graphs = {name: _describe_floor(options[name]) for name in ("similar_to", "keep")}
     content = dump_type_model(model).decode()
-    digest = digest_options({**options, **graphs, "seed": seed, "model": content, "plans": plans})
+    drawing: dict[str, Any] = {"plans": plans or world_options is not None}
+    if world_options is not None:
+        drawing["worlds"] = asdict(world_options)
+    digest = digest_options({**options, **graphs, "seed": seed, "model": content, **drawing})
     batch = Batch(target, "generate", digest, run, "generate")
-    return batch.do_all([*_list_parts(target, count)], _Work(sampler, seed, plans), progress)
+    work = _Work(sampler, seed, drawing["plans"], world_options)
+    return batch.do_all([*_list_parts(target, count)], work, progress)
 
 
 def count_repeats(parts: Iterable[BatchItem]) -> int:
@@ -145,6 +170,8 @@ def draw_plans(
 
     Raises PiantaError for a building that cannot be drawn. Warns of doors that were given up.
     """
+    from pianta.generation.drawing.draw import warn_of_missing_doors
+
     plans: dict[int, DrawnPlan] = {}
     for outcome in run_items(_Drawing(model, seed), [*enumerate(buildings, first)], jobs=jobs):
         number, _ = outcome.item
@@ -152,9 +179,7 @@ def draw_plans(
             raise PiantaError(f"building {number + 1} cannot be drawn: {outcome.fault and outcome.fault.message}")
         plans[number] = outcome.result
     for number in sorted(plans):
-        if doors := plans[number].given_up:
-            pairs = ", ".join(f"{one}–{other}" for one, other in doors)
-            warnings.warn(BuildingWarning(f"building {number + 1}: no wall for doors {pairs}"), stacklevel=2)
+        warn_of_missing_doors(plans[number], f"building {number + 1}")
     return [plans[number] for number in sorted(plans)]
 
 
@@ -166,11 +191,11 @@ class _Drawing:
     seed: int
 
     def __call__(self, item: tuple[int, nx.Graph]) -> DrawnPlan:
-        from pianta.generation.buildings import MAX_BUILDINGS
+        from pianta.generation.buildings import find_building_seed
         from pianta.generation.drawing.draw import draw_plan
 
         number, graph = item
-        return draw_plan(graph, self.model, seed=self.seed * MAX_BUILDINGS + number)
+        return draw_plan(graph, self.model, seed=find_building_seed(self.seed, number))
 
 
 def save_buildings(
@@ -180,10 +205,15 @@ def save_buildings(
     out: Path,
     *,
     plans: Sequence[DrawnPlan] | None = None,
+    worlds: WorldOptions | None = None,
+    first: int = 0,
+    seed: int = 0,
+    jobs: int = 1,
 ) -> None:
     """Write the graphs as NAME.json and NAME.graphml, and their contact sheet, all or none.
 
-    plans: also NAME.geojson and NAME.png, and a contact sheet of them.
+    plans: also NAME.geojson and NAME.png, and a contact sheet of them. worlds: of these, also a folder NAME.
+    first: number of the first building, from 0; seed: of all.
     """
     from pianta.io.graphml import save_graphml
     from pianta.io.graphs import save_graph
@@ -191,14 +221,18 @@ def save_buildings(
     from pianta.plot.graphs import draw_contact_sheet
 
     kept_rooms = [[node for node, room in building.nodes(data="room") if room is not None] for building in buildings]
-    with atomic_folder(out, optional=[PLAN_SHEET, *list_plan_files(names)]) as new:
+    drawn_files = [PLAN_SHEET, *list_plan_files(names), *list_world_files(names)]
+    with atomic_folder(out, optional=drawn_files) as new:
         for name, building in zip(names, buildings, strict=True):
             building.graph.update(source=name, building_type=model.building_type)
             save_graph(building, new / f"{name}.json")
             save_graphml(building, new / f"{name}.graphml")
         save_figure(draw_contact_sheet(buildings, schema=model.schema, fixed=kept_rooms), new / SHEET)
         if plans is not None:
-            _save_plans([plan.floor for plan in plans], names, model, new)
+            floors = [plan.floor for plan in plans]
+            _save_plans(floors, names, model, new)
+            if worlds is not None:
+                save_worlds(floors, names, new, worlds, first=first, seed=seed, jobs=jobs)
 
 
 def list_plan_files(names: Iterable[str]) -> list[str]:
@@ -269,6 +303,7 @@ class _Work:
     sampler: BuildingSampler
     seed: int
     plans: bool
+    worlds: WorldOptions | None
 
     def __call__(self, item: WorkItem[range]) -> WorkResult:
         """Sample the buildings of a part and write them."""
@@ -281,8 +316,10 @@ class _Work:
         batches = split_batches(item.value, self.sampler.max_rooms)
         buildings = [building for batch in batches for building in self.sampler.sample(batch, seed=self.seed)]
         model = self.sampler.model
-        plans = draw_plans(buildings, model, first=item.value[0], seed=self.seed) if self.plans else None
-        save_buildings(buildings, _name_buildings(item.value), model, item.folder, plans=plans)
+        first, names = item.value[0], _name_buildings(item.value)
+        plans = draw_plans(buildings, model, first=first, seed=self.seed) if self.plans else None
+        worlds = self.worlds
+        save_buildings(buildings, names, model, item.folder, plans=plans, worlds=worlds, first=first, seed=self.seed)
         return {
             "rooms": [len(building) for building in buildings],
             "copies": find_copies(buildings, [floor.graph for floor in model.floors]),

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 from functools import partial
 from itertools import chain
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, TypedDict
+from typing import TYPE_CHECKING, Annotated, Any, TypedDict
 
 import typer
 
@@ -21,6 +22,7 @@ from pianta.batch.generate_batch import (
     save_buildings,
 )
 from pianta.batch.journal import has_journal
+from pianta.batch.world_folders import FURNITURE, NOISE, RESOLUTION, SCAN_FILES, WORLD_FILES, WorldOptions
 from pianta.cli.batches import (
     BatchFlags,
     BatchWords,
@@ -47,6 +49,8 @@ EXAMPLES = (
     "pianta generate school.json -n 24 -o schools",
     "pianta generate school.json -n 200 -o schools --jobs 4 --seed 7",
     "pianta generate school.json -n 24 -o schools --plans",
+    "pianta generate school.json -n 24 -o schools --worlds --furniture 0.5",
+    "pianta generate school.json -n 24 -o schools --scan --noise 0.5 --jobs 2",
     "pianta generate school.json -n 100000 -o schools --jobs 8",
     "pianta generate school.json --rooms 30-50 --at-least CLASSROOM=12 --at-least GYM -o large",
     "pianta generate school.json --like building/floor.geojson -o alike",
@@ -75,6 +79,22 @@ Keep = Annotated[
     Path | None, typer.Option(metavar="FLOOR", help="A floor whose rooms and doors each building has, and others.")
 ]
 Plans = Annotated[bool, typer.Option("--plans", help="Draw the buildings as floors, too: rooms with walls and doors.")]
+Worlds = Annotated[
+    bool,
+    typer.Option("--worlds", help="Furnish the floors, and write a world for robot simulators each; implies --plans."),
+]
+Scan = Annotated[
+    bool, typer.Option("--scan", help="Also make the map that a robot would make of each world; implies --worlds.")
+]
+Furniture = Annotated[
+    float | None, typer.Option(help=f"Of worlds: 0 for empty rooms … 1 for rooms in use; {FURNITURE:g} unless given.")
+]
+Noise = Annotated[
+    float | None, typer.Option(help=f"Of scans: 0 for a clean map … 1 for a bad one; {NOISE:g} unless given.")
+]
+Resolution = Annotated[
+    float | None, typer.Option(help=f"Of maps of worlds: metres per cell; {RESOLUTION:g} unless given.")
+]
 ChosenCosts = Annotated[
     str, typer.Option("--costs", help="What the steps follow: density, or thesis, as in section 7.4.3.", metavar="NAME")
 ]
@@ -98,6 +118,11 @@ def generate(
     count: Count = 24,
     seed: Seed = 0,
     plans: Plans = False,
+    worlds: Worlds = False,
+    scan: Scan = False,
+    furniture: Furniture = None,
+    noise: Noise = None,
+    resolution: Resolution = None,
     jobs: Jobs = 1,
     rooms: Rooms = None,
     at_least: AtLeast = None,
@@ -122,6 +147,11 @@ def generate(
     With --plans also their floors, building-001.geojson and .png and so on, and
     plans.png. Doors of a graph that could not be drawn are warnings.
 
+    With --worlds also a folder building-001 and so on, with map.yaml and map.png,
+    the true map; world.sdf and rooms.json, a world of Gazebo; and truth.geojson,
+    the floor with its furniture. With --scan its folder scan has the map.yaml and
+    map.png that a robot would make, for `pianta read`.
+
     More than 1,000 buildings are written in parts of 1,000, into folders
     part-0001, part-0002, …; those that the journal in OUT has are not generated
     again.
@@ -135,6 +165,8 @@ def generate(
     from pianta.generation.type_model_file import read_type_model
     from pianta.io.graphs import read_floor_graph
 
+    world_options = _choose_worlds(worlds=worlds, scan=scan, furniture=furniture, noise=noise, resolution=resolution)
+    plans = plans or world_options is not None
     fewest, most = _read_numbers(at_least or (), "--at-least", default=1), _read_numbers(at_most or (), "--at-most")
     room_range = None if rooms is None else read_range(rooms)
     flags = BatchFlags(jobs, resume, retry_failed, shard, time_limit, scheduler)
@@ -153,13 +185,23 @@ def generate(
         "seed": seed,
     }
     if not names:
-        _generate_parts(type_model, count, out, options, flags, plans=plans, quiet=quiet)
+        _generate_parts(type_model, count, out, options, flags, plans=plans, worlds=world_options, quiet=quiet)
         return
     buildings = generation.generate(type_model, count, jobs=jobs, track=partial(track_items, quiet=quiet), **options)
     drawn_plans = draw_plans(buildings, type_model, seed=seed, jobs=jobs) if plans else None
-    save_buildings(buildings, names, type_model, out, plans=drawn_plans)
+    save_buildings(buildings, names, type_model, out, plans=drawn_plans, worlds=world_options, seed=seed, jobs=jobs)
     if not quiet:
-        _print_buildings(buildings, type_model, out, plans=plans)
+        _print_buildings(buildings, type_model, out, _list_files(plans=plans, worlds=world_options))
+
+
+def _choose_worlds(*, worlds: bool, scan: bool, **options: float | None) -> WorldOptions | None:
+    """The options of worlds, None without worlds; raises OptionError for options that need worlds, or scans."""
+    chosen = {name: value for name, value in options.items() if value is not None}
+    if "noise" in chosen and not scan:
+        raise OptionError("--noise is of the maps of robots, give --scan, too")
+    if chosen and not (worlds or scan):
+        raise OptionError(f"--{min(chosen)} is of worlds, give --worlds or --scan, too")
+    return WorldOptions(scan=scan, **chosen) if worlds or scan else None
 
 
 def _number_buildings(count: int, out: Path) -> list[str]:
@@ -184,12 +226,21 @@ class _Options(TypedDict):
 
 
 def _generate_parts(
-    model: TypeModel, count: int, out: Path, options: _Options, flags: BatchFlags, *, plans: bool, quiet: bool
+    model: TypeModel,
+    count: int,
+    out: Path,
+    options: _Options,
+    flags: BatchFlags,
+    *,
+    plans: bool,
+    worlds: WorldOptions | None,
+    quiet: bool,
 ) -> None:
     """Generate many buildings in parts; print their sizes, and how many are copies."""
+    drawing: dict[str, Any] = {"plans": plans} if worlds is None else {"worlds": True, **asdict(worlds)}
     parts = run_batch(
         lambda progress: generate_batch(
-            model, count, out=out, plans=plans, progress=progress, **flags.arguments, **options
+            model, count, out=out, progress=progress, **drawing, **flags.arguments, **options
         ),
         GENERATED,
         lambda _: [],
@@ -200,7 +251,7 @@ def _generate_parts(
         sizes = list(chain.from_iterable(part["rooms"] for part in described))
         copies = sum(sum(part["copies"]) for part in described)
         _print_counts(sizes, model, copies=copies, repeats=count_repeats(parts))
-        print_result(f"in {out}: part-*, each with {_list_files(plans=plans)}")
+        print_result(f"in {out}: part-*, each with {_list_files(plans=plans, worlds=worlds)}")
     exit_if_any_failed(parts)
 
 
@@ -229,19 +280,23 @@ def _read_numbers(texts: Sequence[str], option: str, *, default: int | None = No
     return numbers
 
 
-def _list_files(*, plans: bool) -> str:
+def _list_files(*, plans: bool, worlds: WorldOptions | None) -> str:
     """The files that were written, for people."""
-    files = f"building-*.json, building-*.graphml, {SHEET}"
-    return f"{files}, building-*.geojson, building-*.png, {PLAN_SHEET}" if plans else files
+    files = ["building-*.json", "building-*.graphml", SHEET]
+    files += ["building-*.geojson", "building-*.png", PLAN_SHEET] if plans else []
+    if worlds:
+        inner = (*WORLD_FILES, *SCAN_FILES) if worlds.scan else WORLD_FILES
+        files.append(f"building-*/ with {', '.join(inner)}")
+    return ", ".join(files)
 
 
-def _print_buildings(buildings: Sequence[nx.Graph], model: TypeModel, out: Path, *, plans: bool) -> None:
+def _print_buildings(buildings: Sequence[nx.Graph], model: TypeModel, out: Path, files: str) -> None:
     """Print the sizes of the buildings beside those of the model's floors, how many are copies, and where they are."""
     from pianta.evaluation.graph_sets import find_copies, find_repeats
 
     copies = sum(find_copies(buildings, [floor.graph for floor in model.floors]))
     _print_counts(list(map(len, buildings)), model, copies=copies, repeats=sum(find_repeats(buildings)))
-    print_result(f"in {out}: {_list_files(plans=plans)}")
+    print_result(f"in {out}: {files}")
 
 
 def _print_counts(sizes: Sequence[int], model: TypeModel, *, copies: int, repeats: int) -> None:

@@ -141,11 +141,11 @@ def open_world(name: str | Path, *, seed: int = 0) -> World:
     from pianta.io.buildings.read import SUFFIXES, read_building
     from pianta.io.images import IMAGE_SUFFIXES
     from pianta.io.maps import read_map
-    from pianta.worlds.make import SAMPLE, WORLD_NAMES, make_world
+    from pianta.worlds.make import SAMPLE, WORLD_NAMES, make_synthetic_world
 
     path = Path(name)
     if name in WORLD_NAMES and not path.exists():
-        return build_world(make_world(str(name), seed=None if name == SAMPLE else seed)[0])
+        return build_world(make_synthetic_world(str(name), seed=None if name == SAMPLE else seed)[0])
     if path.is_dir():
         files = [path / file for file in FLOOR_FILES if (path / file).is_file()]
         if not files:

@@ -358,6 +358,11 @@ def check_count(count: int, seed: int) -> None:
         raise OptionError(f"seed is {seed}, give 0 or more")
 
 
+def find_building_seed(seed: int, number: int) -> int:
+    """The seed with which a building of a run is drawn, furnished and mapped, by its number from 0."""
+    return seed * MAX_BUILDINGS + number
+
+
 def split_batches(numbers: range, rooms: int, *, jobs: int = 1) -> list[range]:
     """The numbers of buildings in batches whose chains run side by side, which is faster.
 

@@ -61,10 +61,12 @@ def _remove_empty(folders: Sequence[Path]) -> None:
 def atomic_folder(folder: Path, *, optional: Sequence[str] = ()) -> Iterator[Path]:
     """A temporary folder; if the block succeeds, its files move into `folder`, over older files of the same names.
 
+    Files in folders of it move into the folders of the same names.
     If the block fails, even by KeyboardInterrupt, `folder` stays as it was, or is not created. A new folder appears
     with all its files at once. In one that is there the files change together, too: the renaming of the temporary
     folder decides that they change, and if the process is killed while they move, `finish_changes` moves the others.
-    optional: names of files that are removed from `folder` if the block does not write them.
+    optional: names of files, NAME or FOLDER/NAME, that are removed from `folder` if the block does not write them; so
+    are folders that are empty after it.
 
     Raises PiantaError, in one line, for every OSError of the block and if a folder has the name of a file.
     """
@@ -81,13 +83,16 @@ def atomic_folder(folder: Path, *, optional: Sequence[str] = ()) -> Iterator[Pat
             if is_new and not folder.exists():
                 temporary.rename(folder)
                 return
-            for file in sorted(temporary.iterdir()):
-                fault = find_output_fault(folder / file.name, remedy="give another output folder")
+            for file in _list_files(temporary):
+                target = folder / file.relative_to(temporary)
+                fault = find_output_fault(target, remedy="give another output folder")
                 if fault:
-                    raise PiantaError(f"cannot write {short_repr(folder / file.name)}: it {fault}")
+                    raise PiantaError(f"cannot write {short_repr(target)}: it {fault}")
             for name in optional:
                 if not (temporary / name).exists() and (folder / name).is_file():
-                    (temporary / f"{GONE}{name}").touch()
+                    mark = (temporary / name).with_name(f"{GONE}{Path(name).name}")
+                    mark.parent.mkdir(parents=True, exist_ok=True)
+                    mark.touch()
             with _without_interrupts():
                 decided = temporary.rename(folder / f".pianta-done-{token_hex(8)}")
                 _move_all(decided, folder)
@@ -103,9 +108,9 @@ def finish_changes(folder: Path) -> None:
         for decided in sorted(folder.glob(".pianta-done-*")):
             if not _DECIDED.fullmatch(decided.name):
                 continue
-            for file in decided.iterdir():
+            for file in _list_files(decided):
                 with suppress(FileNotFoundError):
-                    target = folder / file.name.removeprefix(GONE)
+                    target = _find_target(file, decided, folder)
                     if target.stat().st_mtime_ns > file.stat().st_mtime_ns:
                         file.unlink()
             _move_all(decided, folder)
@@ -117,13 +122,17 @@ def _move_all(decided: Path, folder: Path) -> None:
     A file .gone-NAME removes NAME.
     """
     with suppress(FileNotFoundError):
-        for file in sorted(decided.iterdir()):
+        for file in _list_files(decided):
+            target = _find_target(file, decided, folder)
             with suppress(FileNotFoundError):
                 if file.name.startswith(GONE):
-                    (folder / file.name.removeprefix(GONE)).unlink(missing_ok=True)
+                    target.unlink(missing_ok=True)
                     file.unlink()
+                    _remove_empty([parent for parent in target.parents if folder in parent.parents])
                 else:
-                    file.replace(folder / file.name)
+                    target.parent.mkdir(parents=True, exist_ok=True)
+                    file.replace(target)
+        _remove_empty(sorted((path for path in decided.rglob("*") if path.is_dir()), reverse=True))
         decided.rmdir()
 
 
@@ -131,6 +140,16 @@ def remove_open_folders() -> None:
     """Remove the temporary folders of this process, which ends at once."""
     for folder in _open_folders:
         rmtree(folder, ignore_errors=True)
+
+
+def _list_files(folder: Path) -> list[Path]:
+    """The files in a folder and the folders in it, sorted."""
+    return sorted(path for path in folder.rglob("*") if not path.is_dir())
+
+
+def _find_target(file: Path, decided: Path, folder: Path) -> Path:
+    """Where a file of a folder that is decided belongs."""
+    return (folder / file.relative_to(decided)).with_name(file.name.removeprefix(GONE))
 
 
 def remove_remains(folder: Path) -> None:

@@ -1,4 +1,4 @@
-"""Synthetic buildings by name, with simulated maps of them."""
+"""Synthetic buildings by name, with simulated maps of them; those of a model are in pianta.generation.world."""
 
 from __future__ import annotations
 
@@ -26,52 +26,44 @@ class MapOptions(TypedDict, total=False):
     yaw: float
 
 
-def make_world(name: str = SAMPLE, *, seed: int | None = None, **options: Unpack[MapOptions]) -> tuple[Floor, GridMap]:
-    """Make a synthetic building and the map that a robot would make of it.
+def make_synthetic_world(
+    name: str = SAMPLE, *, seed: int | None = None, **options: Unpack[MapOptions]
+) -> tuple[Floor, GridMap]:
+    """A synthetic building with its furniture, and its map; as `pianta.make_world` without a model.
 
-    The command `pianta world` calls this function.
-
-    Parameters
-    ----------
-    name
-        "sample", which is always the same, or "corridor", "l", "ring" or "hall", or, with labels, "home", "office",
-        "open_plan", "ward" or "depot".
-    seed
-        Of the building and the noise; None for 0.
-    **options
-        `resolution` (metres per cell), `noise` (0 … 1), `furniture` (0 empty, 1 a busy office, at most 10),
-        `dense_furniture` (whether it is chosen by the labels of rooms, stands in corridors too, and may nearly close
-        passages), `door_leaves` (whether doors are open, half open and shut, not gaps),
-        `glass_spray` (whether one outer wall is glass), `yaw` (radians from the building's axes to the map's).
-
-    Returns
-    -------
-    floor : Floor
-        The truth: rooms and doors, metres of the map frame.
-    grid : GridMap
-        The map.
-
-    Raises
-    ------
-    OptionError
-        The name is unknown, an option or the seed is out of range, or the sample has options.
-
-    Examples
-    --------
-    >>> import pianta
-    >>> floor, grid = pianta.make_world("corridor", resolution=0.1)
-    >>> len(floor), grid.shape
-    (19, (167, 323))
+    Raises OptionError for an unknown name, an option or a seed out of range, and options of the sample.
     """
-    from pianta.worlds.scan import make_sample, simulate_map
+    from pianta.worlds.scan import make_sample
 
     if name not in WORLD_NAMES:
-        raise OptionError(f"name is {short_repr(name)}, give one of {', '.join(WORLD_NAMES)}")
-    if seed is not None and seed < 0:
-        raise OptionError(f"seed is {seed}, give 0 or more")
+        raise OptionError(
+            f"name is {short_repr(name)}, give one of {', '.join(WORLD_NAMES)}, or a building type with its model"
+        )
+    check_seed(seed)
     if name != SAMPLE:
-        floor = make_floor(name, seed=seed or 0)
-        return floor, simulate_map(floor, seed=seed or 0, **options)
+        return map_world(make_floor(name, seed=seed or 0), seed=seed or 0, **options)
     if options or seed is not None:
         raise OptionError(f"the sample is always the same, leave out the options or give {', '.join(WORLD_NAMES[1:])}")
     return make_sample()
+
+
+def map_world(floor: Floor, *, seed: int, **options: Unpack[MapOptions]) -> tuple[Floor, GridMap]:
+    """A floor with the furniture of its map, and the map."""
+    from pianta.worlds.furnish import furnish
+    from pianta.worlds.scan import simulate_map
+
+    grid = simulate_map(floor, seed=seed, **options)
+    furnished = furnish(
+        floor,
+        furniture=options.get("furniture", 0.0),
+        dense_furniture=options.get("dense_furniture", False),
+        resolution=grid.resolution,
+        seed=seed,
+    )
+    return furnished, grid
+
+
+def check_seed(seed: int | None) -> None:
+    """Raise OptionError for a negative seed."""
+    if seed is not None and seed < 0:
+        raise OptionError(f"seed is {seed}, give 0 or more")

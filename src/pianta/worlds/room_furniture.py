@@ -422,12 +422,14 @@ def _furnish_warehouse(space: RoomSpace) -> None:
 
 
 def _leave_empty(space: RoomSpace) -> None:
-    """Stairs and lifts stay empty."""
+    """Stairs, lifts and shafts stay empty."""
 
 
-# Label of a room -> how it is furnished; labels of homes, offices, schools and of the synthetic floors.
+# Label of a room -> how it is furnished; labels of all schemas whose furniture is evident, and of the synthetic floors.
 _RECIPES: dict[str, Callable[[RoomSpace], None]] = {
     "BEDROOM": _furnish_bedroom,
+    "CHILD ROOM": _furnish_bedroom,
+    "GUEST ROOM": _furnish_bedroom,
     "LIVING ROOM": _furnish_living_room,
     "DINING ROOM": _furnish_dining_room,
     "KITCHEN": _furnish_kitchen,
@@ -435,12 +437,17 @@ _RECIPES: dict[str, Callable[[RoomSpace], None]] = {
     "WASHROOM": _furnish_bathroom,
     "TOILET": _furnish_toilet,
     "CLOSET": _furnish_store,
+    "WARDROBE": _furnish_store,
+    "STORAGE": _furnish_store,
+    "PHARMACY": _furnish_store,
     "STORE": _furnish_store,
     "MEDIUM SERVICE": _furnish_store,
     "BIG SERVICE": _furnish_store,
     "CONVENIENCE STORE": _furnish_library,
     "CORRIDOR": _furnish_corridor,
+    "HALLWAY": _furnish_corridor,
     "ENTRANCE": _furnish_corridor,
+    "ENTRYWAY": _furnish_corridor,
     "OFFICE": _furnish_office,
     "SHARED OFFICE": _furnish_office,
     "EXECUTIVE OFFICE": _furnish_office,
@@ -458,9 +465,14 @@ _RECIPES: dict[str, Callable[[RoomSpace], None]] = {
     "LAB": _furnish_lab,
     "LIBRARY": _furnish_library,
     "WARD": _furnish_ward,
+    "INTENSIVE CARE": _furnish_ward,
+    "RECOVERY ROOM": _furnish_ward,
     "RECEPTION": _furnish_reception,
+    "NURSE STATION": _furnish_reception,
     "LOBBY": _furnish_lobby,
     "HALL": _furnish_lobby,
+    "WAITING ROOM": _furnish_lobby,
+    "DAY ROOM": _furnish_lobby,
     "COLLECTIVE SERVICE ROOM": _furnish_lobby,
     "CAFETERIA": _furnish_cafeteria,
     "CANTEEN": _furnish_cafeteria,
@@ -468,4 +480,7 @@ _RECIPES: dict[str, Callable[[RoomSpace], None]] = {
     "WAREHOUSE": _furnish_warehouse,
     "STAIRS": _leave_empty,
     "ELEVATOR": _leave_empty,
+    "PASSENGER ELEVATOR": _leave_empty,
+    "FREIGHT ELEVATOR": _leave_empty,
+    "AERATION": _leave_empty,
 }

@@ -17,10 +17,9 @@ from pianta._types import Floats, LabelImage, Mask
 from pianta.errors import OptionError
 from pianta.floor import Floor, cells_of_polygon
 from pianta.gridmap import FREE, OCCUPIED, UNKNOWN, GridMap
-from pianta.worlds.dense_furniture import furnish_densely
 from pianta.worlds.door_leaves import draw_door_leaves
 from pianta.worlds.floors import make_l_floor
-from pianta.worlds.furniture import furnish_floor
+from pianta.worlds.furnish import place_obstacles
 from pianta.worlds.wall_axes import OUTER_WALL, Seed
 
 # Least and greatest value of each option, and its unit.
@@ -82,6 +81,7 @@ def simulate_map(
 ) -> GridMap:
     """Grid map of a floor in the floor's own frame: free rooms and door gaps, occupied wall faces, unknown elsewhere.
 
+    The furniture that the floor has is on the map; the options add more.
     resolution, yaw: metres per cell, and radians counter-clockwise from the floor's axes to those of the grid.
     margin: unknown space around the outer walls, metres; by default 1, or the reach of the rays with glass_spray.
     wall_thickness: of the outer walls, metres; inner walls are the gaps between the rooms.
@@ -97,14 +97,14 @@ def simulate_map(
     """
     margin = margin if margin is not None else RAY_REACH if glass_spray else 1.0
     lengths = {"resolution": resolution, "margin": margin, "wall_thickness": wall_thickness}
-    _check_options(floor, **lengths, noise=noise, drift=drift or 0, furniture=furniture, yaw=yaw)
+    check_map_options(floor, **lengths, noise=noise, drift=drift or 0, furniture=furniture, yaw=yaw)
     rng = np.random.default_rng(seed)
     furniture_rng, noise_rng, ray_rng = rng.spawn(3)
     blank = _make_blank_grid(floor, resolution, margin + wall_thickness, yaw)
+    obstacles = place_obstacles(floor, furniture, resolution, furniture_rng, by_label=dense_furniture)
     if dense_furniture:
-        obstacles = _widen(furnish_densely(floor, density=furniture, rng=furniture_rng), resolution)
-    else:
-        obstacles = furnish_floor(floor, density=furniture, leg=max(0.05, resolution), rng=furniture_rng)
+        obstacles = _widen(obstacles, resolution)
+    obstacles += _widen([piece.polygon for piece in floor.furniture], resolution)
     if door_leaves:
         obstacles += _widen(draw_door_leaves(floor, rng=rng.spawn(1)[0])[0], resolution)
     inside, blocked = _fill_floor(floor, blank), _fill_polygons(obstacles, blank)
@@ -139,9 +139,9 @@ def make_sample() -> tuple[Floor, GridMap]:
     return floor, simulate_map(floor, noise=0.3, furniture=0.2, seed=SAMPLE_SEED)
 
 
-def _check_options(floor: Floor, **options: float) -> None:
-    """Raise OptionError naming all options that are out of their limits."""
-    faults = [] if floor.rooms else ["the floor has no rooms, give one at least"]
+def check_map_options(floor: Floor | None = None, **options: float) -> None:
+    """Raise OptionError naming all options that are out of their limits; floor: the one to map, which needs rooms."""
+    faults = ["the floor has no rooms, give one at least"] if floor is not None and not floor.rooms else []
     for name, value in options.items():
         least, most, unit = LIMITS[name]
         if not least <= value <= most:
@@ -202,6 +202,8 @@ def _draw_sources(
     shape: tuple[int, int], noise: float, drift: float | None, resolution: float, rng: np.random.Generator
 ) -> tuple[NDArray[np.int_], ...]:
     """For each cell the row and col that a bad scan match shows there instead: slow drift, waves and grain."""
+    if not (noise or drift):
+        return np.ix_(*map(np.arange, shape))
     sources = []
     for positions in np.ogrid[: shape[0], : shape[1]]:
         slow, *rough = (reach * _draw_field(shape, wavelength / resolution, rng) for reach, wavelength in DISPLACEMENTS)

@@ -12,7 +12,7 @@ from pianta.floor import Floor
 from pianta.gridmap import GridMap
 from pianta.io.buildings.thesis_xml import read_building_xml
 from pianta.io.maps import read_map
-from pianta.worlds.make import make_world
+from pianta.worlds.make import make_synthetic_world
 from pianta_bench.data.folders import SLAM_FOLDER, SLAM_RESOLUTION, SLAM_TRUTH, check_set, choose_items, list_maps
 from pianta_bench.data.map_sets import RESOLUTION, SETS, SURVEY_LAYOUT
 
@@ -69,7 +69,7 @@ def list_worlds(_: Path) -> list[str]:
 def read_world(_: Path, item: str) -> tuple[GridMap, Floor]:
     """A made world, furnished and with noise."""
     name, seed = item.split("_")
-    floor, grid = make_world(name, seed=int(seed), furniture=WORLD_FURNITURE, noise=WORLD_NOISE)
+    floor, grid = make_synthetic_world(name, seed=int(seed), furniture=WORLD_FURNITURE, noise=WORLD_NOISE)
     return grid, floor
 
 

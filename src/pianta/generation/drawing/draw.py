@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -9,7 +10,7 @@ import networkx as nx
 import numpy as np
 
 from pianta._arguments import check_argument
-from pianta.errors import OptionError
+from pianta.errors import BuildingWarning, OptionError
 from pianta.floor import Floor
 from pianta.generation.drawing.arms import find_arm
 from pianta.generation.drawing.blocks import CELL, DOOR_CELLS, NO_ROOM, Cells, measure_contacts, paint_cells
@@ -115,6 +116,13 @@ def draw_plan(graph: nx.Graph, model: TypeModel, *, seed: int = 0) -> DrawnPlan:
     doors = [edge for edge in prepared.edges if edge not in plan.missing]
     floor = build_plan(plan.cells, prepared, doors, rng, building_type=model.building_type)
     return DrawnPlan(floor, tuple(sorted((one + 1, other + 1) for one, other in plan.missing)))
+
+
+def warn_of_missing_doors(plan: DrawnPlan, name: str) -> None:
+    """Warn of the doors that a plan of a name lacks."""
+    if plan.given_up:
+        pairs = ", ".join(f"{one}–{other}" for one, other in plan.given_up)
+        warnings.warn(BuildingWarning(f"{name}: no wall for doors {pairs}"), stacklevel=3)
 
 
 def _draw_trees(

@@ -1,0 +1,105 @@
+"""Folders of worlds: a furnished floor as a map, for a robot simulator, and as the truth; and a robot's map of it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from pianta.batch.processes import run_items
+from pianta.errors import PiantaError
+
+if TYPE_CHECKING:
+    from pianta.floor import Floor
+
+# Of generated worlds: rooms in use, cells of usual maps, and the noise of a usual scan; chosen by hand.
+FURNITURE = 1.0
+RESOLUTION = 0.05  # metres per cell
+NOISE = 0.3
+# The files of a world in its folder, and those of its scan.
+WORLD_FILES = ("map.yaml", "map.png", "truth.geojson", "world.sdf", "rooms.json")
+SCAN_FILES = ("scan/map.yaml", "scan/map.png")
+
+
+@dataclass(frozen=True)
+class WorldOptions:
+    """How floors become worlds.
+
+    furniture: 0 empty … 1 in use, at most 10; by the labels of rooms. resolution: of the maps, metres per cell.
+    scan: whether a robot's map is made, too. noise: of that map, 0 clean … 1 bad.
+    """
+
+    furniture: float = FURNITURE
+    resolution: float = RESOLUTION
+    scan: bool = False
+    noise: float = NOISE
+
+    def __post_init__(self) -> None:
+        from pianta.worlds.scan import check_map_options
+
+        check_map_options(resolution=self.resolution, noise=self.noise, furniture=self.furniture)
+
+
+def save_world(floor: Floor, folder: Path, options: WorldOptions, *, seed: int) -> None:
+    """Write the world of a floor into a new folder, WORLD_FILES and SCAN_FILES."""
+    from pianta.building import Building, Storey
+    from pianta.io.floors import save_floor
+    from pianta.io.ros_maps import save_ros_map
+    from pianta.io.writers.convert import convert
+    from pianta.worlds.furnish import furnish
+    from pianta.worlds.scan import simulate_map
+
+    # The same furniture is in all files
+    truth = furnish(floor, furniture=options.furniture, dense_furniture=True, resolution=options.resolution, seed=seed)
+    folder.mkdir()
+    # The map as the truth: walls and furniture in full depth
+    save_ros_map(simulate_map(truth, resolution=options.resolution, solid_walls=True), folder / "map.yaml")
+    save_floor(truth, folder / "truth.geojson")
+    convert(Building((Storey(truth),), folder.name), folder, to="gazebo")
+    if options.scan:
+        # The map of a robot: the faces of walls and furniture, with noise
+        (folder / "scan").mkdir()
+        scan = simulate_map(truth, resolution=options.resolution, noise=options.noise, seed=seed)
+        save_ros_map(scan, folder / "scan" / "map.yaml")
+
+
+def save_worlds(
+    floors: Sequence[Floor],
+    names: Sequence[str],
+    out: Path,
+    options: WorldOptions,
+    *,
+    first: int = 0,
+    seed: int = 0,
+    jobs: int = 1,
+) -> None:
+    """Write the worlds of drawn floors into folders of their names; their number depends on that of the first one.
+
+    Raises PiantaError for a world that cannot be made.
+    """
+    work = _WorldWork(out, options, seed)
+    for outcome in run_items(work, [*zip(range(first, first + len(floors)), names, floors, strict=True)], jobs=jobs):
+        if outcome.fault:
+            raise PiantaError(f"the world of {outcome.item[1]} cannot be made: {outcome.fault.message}")
+
+
+def list_world_files(names: Iterable[str]) -> list[str]:
+    """The files of the worlds of buildings."""
+    return [f"{name}/{file}" for name in names for file in (*WORLD_FILES, *SCAN_FILES)]
+
+
+@dataclass(frozen=True)
+class _WorldWork:
+    """Writes a world, in a process."""
+
+    out: Path
+    options: WorldOptions
+    seed: int
+
+    def __call__(self, item: tuple[int, str, Floor]) -> None:
+        from pianta.generation.buildings import find_building_seed
+
+        number, name, floor = item
+        seed = find_building_seed(self.seed, number)
+        save_world(replace(floor, source=name), self.out / name, self.options, seed=seed)

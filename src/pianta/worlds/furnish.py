@@ -1,0 +1,40 @@
+"""Furniture of synthetic floors: what stands in the rooms of a floor whose map `simulate_map` makes."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from shapely import Polygon
+
+from pianta.floor import Floor, Furniture
+from pianta.worlds.dense_furniture import furnish_densely
+from pianta.worlds.furniture import furnish_floor
+from pianta.worlds.wall_axes import round_to_mm
+
+# Side of the legs of tables and chairs that do not stand by the labels of rooms, unless cells are larger; metres.
+LEG = 0.05
+
+
+def furnish(
+    floor: Floor, *, furniture: float, dense_furniture: bool = False, resolution: float = 0.05, seed: int = 0
+) -> Floor:
+    """The floor with the furniture that its map by `simulate_map` with these options and this seed shows.
+
+    What a lidar detects is a piece each: the legs of a table are four. Coordinates are rounded to millimetres.
+    """
+    rng = np.random.default_rng(seed).spawn(3)[0]
+    obstacles = place_obstacles(floor, furniture, resolution, rng, by_label=dense_furniture)
+    return replace(floor, furniture=tuple(Furniture(round_to_mm(obstacle)) for obstacle in obstacles))
+
+
+def place_obstacles(
+    floor: Floor, density: float, resolution: float, rng: np.random.Generator, *, by_label: bool
+) -> list[Polygon]:
+    """What stands in the rooms, metres in the floor's frame; by_label: also in corridors, and nearly closing passages.
+
+    density: 0 empty … 1 a busy place. resolution: metres per cell.
+    """
+    if by_label:
+        return furnish_densely(floor, density=density, rng=rng)
+    return furnish_floor(floor, density=density, leg=max(LEG, resolution), rng=rng)
