@@ -13,7 +13,7 @@ import pianta
 from pianta.errors import PiantaError
 from pianta.io._folders import atomic_folder, finish_changes, remove_remains
 
-NAMES = ("a.txt", "b.txt", "c.txt", "d.txt")
+NAMES = ("a.txt", "b.txt", "c.txt", "inner/d.txt")
 # Kills itself before the audit event of this number that touches files, of those in the folder of the test
 WRITER = """
 import os, signal, sys
@@ -29,7 +29,8 @@ def watch(event, arguments):
             os.kill(os.getpid(), signal.SIGKILL)
 sys.addaudithook(watch)
 with atomic_folder(folder) as new:
-    for name in ("a.txt", "b.txt", "c.txt", "d.txt"):
+    (new / "inner").mkdir()
+    for name in ("a.txt", "b.txt", "c.txt", "inner/d.txt"):
         (new / name).write_text("new")
 """
 needs_kill = pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="this system has no SIGKILL")
@@ -37,6 +38,7 @@ needs_kill = pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="this sys
 
 def write(folder: Path, content: str) -> None:
     with atomic_folder(folder) as new:
+        (new / "inner").mkdir()
         for name in NAMES:
             (new / name).write_text(content)
 
@@ -128,6 +130,56 @@ def test_what_is_decided_to_be_gone_is_removed_unless_a_person_changed_it_since(
     os.utime(tmp_path / "b.txt", (1000, 1000))
     finish_changes(tmp_path)
     assert [path.name for path in tmp_path.iterdir()] == ["a.txt"]
+
+
+def test_files_in_inner_folders_move_and_go_as_others_do(tmp_path):
+    for name in ("a/old.txt", "a/mine.txt", "b/old.txt", "b/c/old.txt"):
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).write_text("old")
+    with atomic_folder(tmp_path, optional=("a/old.txt", "b/old.txt", "b/c/old.txt", "d/none.txt")) as new:
+        (new / "a").mkdir()
+        (new / "a" / "new.txt").write_text("new")
+        (new / "e" / "f").mkdir(parents=True)
+        (new / "e" / "f" / "new.txt").write_text("new")
+    assert sorted(str(path.relative_to(tmp_path)) for path in tmp_path.rglob("*")) == [
+        "a",
+        "a/mine.txt",
+        "a/new.txt",
+        "e",
+        "e/f",
+        "e/f/new.txt",
+    ]
+
+
+def test_inner_folders_that_were_decided_are_finished(tmp_path):
+    decided = tmp_path / ".pianta-done-0123456789abcdef"
+    (decided / "a" / "b").mkdir(parents=True)
+    (decided / "a" / "b" / "new.txt").write_text("new")
+    (decided / "a" / "by hand.txt").write_text("new")
+    (decided / "a" / ".gone-old.txt").touch()
+    os.utime(decided / "a" / "by hand.txt", (1000, 1000))
+    (tmp_path / "a").mkdir()
+    for name in ("old.txt", "by hand.txt"):
+        (tmp_path / "a" / name).write_text("old")
+    os.utime(tmp_path / "a" / "old.txt", (1000, 1000))
+    finish_changes(tmp_path)
+    files = {str(path.relative_to(tmp_path)): path.read_text() for path in tmp_path.rglob("*") if path.is_file()}
+    assert files == {"a/b/new.txt": "new", "a/by hand.txt": "old"}
+    assert not decided.exists()
+
+
+def test_a_file_with_the_name_of_an_inner_folder_is_one_line_and_nothing_changes(tmp_path):
+    (tmp_path / "a").write_text("mine")
+
+    def write_both() -> None:
+        with atomic_folder(tmp_path) as new:
+            (new / "a").mkdir()
+            (new / "a" / "new.txt").write_text("new")
+            (new / "b.txt").write_text("new")
+
+    with pytest.raises(PiantaError, match=r"a/new\.txt'"):
+        write_both()
+    assert {path.name: path.read_text() for path in tmp_path.iterdir()} == {"a": "mine"}
 
 
 def test_a_new_folder_appears_at_once(tmp_path):

@@ -3,12 +3,14 @@
 import re
 import runpy
 import shlex
+from dataclasses import replace
 
 import pytest
 
 from pianta.io.floors import read_floor
 from pianta.io.maps import read_map
 from pianta.worlds.floors import FLOOR_MAKERS, make_floor
+from pianta.worlds.furnish import furnish
 from pianta.worlds.scan import make_sample, simulate_map
 from tests.command_line import list_files, run_pianta
 
@@ -47,7 +49,10 @@ def test_a_labelled_floor_is_furnished_by_its_labels(tmp_path):
     options = ("--furniture", "1", "--dense-furniture", "--door-leaves", "--seed", "3")
     assert run_pianta("world", "home", "-o", tmp_path, *options).code == 0
     floor = make_floor("home", seed=3)
-    assert read_floor(tmp_path / "truth.geojson") == floor
+    truth = read_floor(tmp_path / "truth.geojson")
+    assert truth == furnish(floor, furniture=1, dense_furniture=True, seed=3)
+    assert replace(truth, furniture=()) == floor
+    assert truth.furniture
     expected = simulate_map(floor, furniture=1, dense_furniture=True, door_leaves=True, seed=3)
     assert (read_map(tmp_path / "map.yaml").cells == expected.cells).all()
 

@@ -94,7 +94,7 @@ def generate_batch(
         Whether the floors also become worlds, in folders building-000001 and so on: map.yaml with its image, a world of
         Gazebo, and the truth with its furniture. Floors are then drawn, too.
     scan
-        Whether a robot's map of each world is made, too, in the folder scan of its folder.
+        Whether a robot's map of each world is made, too, in folders scan-000001 and so on.
     furniture, noise, resolution
         Of worlds: how full rooms are, by their labels; how bad robots' maps are; and metres per cell, as of
         `make_world`.

@@ -17,9 +17,9 @@ if TYPE_CHECKING:
 FURNITURE = 1.0
 RESOLUTION = 0.05  # metres per cell
 NOISE = 0.3
-# The files of a world in its folder, and those of its scan.
+# The files of a world in its folder, and those of its scan in that.
 WORLD_FILES = ("map.yaml", "map.png", "truth.geojson", "world.sdf", "rooms.json")
-SCAN_FILES = ("scan/map.yaml", "scan/map.png")
+SCAN_FILES = ("map.yaml", "map.png")
 
 
 @dataclass(frozen=True)
@@ -41,27 +41,34 @@ class WorldOptions:
         check_map_options(resolution=self.resolution, noise=self.noise, furniture=self.furniture)
 
 
-def save_world(floor: Floor, folder: Path, options: WorldOptions, *, seed: int) -> None:
-    """Write the world of a floor into a new folder, WORLD_FILES and SCAN_FILES."""
+def save_world(floor: Floor, name: str, out: Path, options: WorldOptions, *, seed: int) -> None:
+    """Write the world of a floor into a new folder of its name, and its scan into one of `name_scan`."""
     from pianta.building import Building, Storey
     from pianta.io.floors import save_floor
     from pianta.io.ros_maps import save_ros_map
     from pianta.io.writers.convert import convert
-    from pianta.worlds.furnish import furnish
+    from pianta.navigation.robot import ROBOT_RADIUS
+    from pianta.worlds.furnish import furnish_for_robot
     from pianta.worlds.scan import simulate_map
 
-    # The same furniture is in all files
-    truth = furnish(floor, furniture=options.furniture, dense_furniture=True, resolution=options.resolution, seed=seed)
+    # The same furniture is in all files, and leaves ways for a robot
+    truth = furnish_for_robot(floor, furniture=options.furniture, radius=ROBOT_RADIUS, seed=seed)
+    folder = out / name
     folder.mkdir()
     # The map as the truth: walls and furniture in full depth
     save_ros_map(simulate_map(truth, resolution=options.resolution, solid_walls=True), folder / "map.yaml")
     save_floor(truth, folder / "truth.geojson")
-    convert(Building((Storey(truth),), folder.name), folder, to="gazebo")
+    convert(Building((Storey(truth),), name), folder, to="gazebo")
     if options.scan:
         # The map of a robot: the faces of walls and furniture, with noise
-        (folder / "scan").mkdir()
+        (out / name_scan(name)).mkdir()
         scan = simulate_map(truth, resolution=options.resolution, noise=options.noise, seed=seed)
-        save_ros_map(scan, folder / "scan" / "map.yaml")
+        save_ros_map(scan, out / name_scan(name) / "map.yaml")
+
+
+def name_scan(name: str) -> str:
+    """The folder of the scan of a building: scan-001 for building-001."""
+    return name.replace("building", "scan")
 
 
 def save_worlds(
@@ -86,7 +93,12 @@ def save_worlds(
 
 def list_world_files(names: Iterable[str]) -> list[str]:
     """The files of the worlds of buildings."""
-    return [f"{name}/{file}" for name in names for file in (*WORLD_FILES, *SCAN_FILES)]
+    return [
+        f"{folder}/{file}"
+        for name in names
+        for folder, files in ((name, WORLD_FILES), (name_scan(name), SCAN_FILES))
+        for file in files
+    ]
 
 
 @dataclass(frozen=True)
@@ -102,4 +114,4 @@ class _WorldWork:
 
         number, name, floor = item
         seed = find_building_seed(self.seed, number)
-        save_world(replace(floor, source=name), self.out / name, self.options, seed=seed)
+        save_world(replace(floor, source=name), name, self.out, self.options, seed=seed)

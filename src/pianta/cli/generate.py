@@ -149,8 +149,8 @@ def generate(
 
     With --worlds also a folder building-001 and so on, with map.yaml and map.png,
     the true map; world.sdf and rooms.json, a world of Gazebo; and truth.geojson,
-    the floor with its furniture. With --scan its folder scan has the map.yaml and
-    map.png that a robot would make, for `pianta read`.
+    the floor with its furniture. With --scan also a folder scan-001 and so on,
+    with the map.yaml and map.png that a robot would make, for `pianta read`.
 
     More than 1,000 buildings are written in parts of 1,000, into folders
     part-0001, part-0002, …; those that the journal in OUT has are not generated
@@ -285,8 +285,9 @@ def _list_files(*, plans: bool, worlds: WorldOptions | None) -> str:
     files = ["building-*.json", "building-*.graphml", SHEET]
     files += ["building-*.geojson", "building-*.png", PLAN_SHEET] if plans else []
     if worlds:
-        inner = (*WORLD_FILES, *SCAN_FILES) if worlds.scan else WORLD_FILES
-        files.append(f"building-*/ with {', '.join(inner)}")
+        files.append(f"building-*/ with {', '.join(WORLD_FILES)}")
+    if worlds and worlds.scan:
+        files.append(f"scan-*/ with {', '.join(SCAN_FILES)}")
     return ", ".join(files)
 
 

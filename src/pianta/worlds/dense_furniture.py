@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import islice
 
 import numpy as np
 import shapely
@@ -23,22 +25,40 @@ SMALLEST_ROOM = 0.8
 PERSONS = 0.008
 
 
+@dataclass(frozen=True)
+class StandingPiece:
+    """A piece in a room. kind: as of Piece. parts: what a lidar detects of it, metres in the floor's frame."""
+
+    room: int
+    kind: str
+    parts: tuple[Polygon, ...]
+
+
 def furnish_densely(floor: Floor, *, density: float, rng: np.random.Generator) -> list[Polygon]:
-    """Obstacles that a lidar detects in the rooms of a floor, by their labels; metres in the floor's frame.
+    """Obstacles that a lidar detects in the rooms of a floor: the parts of the pieces of `place_pieces`."""
+    return [part for piece in place_pieces(floor, density=density, rng=rng) for part in piece.parts]
+
+
+def place_pieces(floor: Floor, *, density: float, rng: np.random.Generator) -> list[StandingPiece]:
+    """Furniture and people in the rooms of a floor, by their labels.
 
     density: 0 empty, 1 a usual place that is in use, 2 a crowded one.
     Pieces keep clear of doors and of each other, but desks, shelves and partitions may nearly close a passage.
     """
     furniture = FurnitureStyle.draw(rng)
     outlines: Outlines = []
+    pieces: list[tuple[int, str, int]] = []
     zones: dict[int, list[LineString]] = {room.id: [] for room in floor.rooms}
     for door in floor.doors:
         for room_id in door.room_ids:
             zones[room_id].append(door.line)
     if density > 0:
         for room in floor.rooms:
-            outlines += _furnish_room(room, zones[room.id], furniture, density, rng)
-    return _make_polygons(outlines)
+            added, added_pieces = _furnish_room(room, zones[room.id], furniture, density, rng)
+            outlines += added
+            pieces += [(room.id, *piece) for piece in added_pieces]
+    polygons = iter(_make_polygons(outlines))
+    return [StandingPiece(room_id, name, tuple(islice(polygons, count))) for room_id, name, count in pieces]
 
 
 def _make_polygons(outlines: Outlines) -> list[Polygon]:
@@ -54,10 +74,10 @@ def _make_polygons(outlines: Outlines) -> list[Polygon]:
 
 def _furnish_room(
     room: Room, doors: Sequence[LineString], furniture: FurnitureStyle, density: float, rng: np.random.Generator
-) -> Outlines:
-    """Outlines of the obstacles in a room."""
+) -> tuple[Outlines, list[tuple[str, int]]]:
+    """Outlines of the obstacles in a room; kind and number of outlines of each piece."""
     if room.polygon.area < SMALLEST_ROOM:
-        return []
+        return [], []
     ring = np.asarray(room.polygon.exterior.coords)[:, :2]
     sides = np.diff(ring, axis=0)
     lengths = np.hypot(*sides.T)
@@ -79,7 +99,7 @@ def _furnish_room(
     furnish_by_label(space, room.label)
     for _ in range(space.count(PERSONS * space.area)):
         space.put_free(make_person(rng), any_angle=1.0)
-    return transform_outlines(space.outlines, float(origin[0]), float(origin[1]), turn)
+    return transform_outlines(space.outlines, float(origin[0]), float(origin[1]), turn), space.pieces
 
 
 def _clearance(line: LineString, rng: np.random.Generator) -> float:

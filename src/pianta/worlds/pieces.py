@@ -6,7 +6,7 @@ The frame of a piece: x along its back, 0 in the middle; y from its back to its 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -27,10 +27,12 @@ class Piece:
 
     bounds: x0, y0, x1, y1 of the space that it needs, at least that of the outlines.
     outlines: what the lidar detects, each of shape (n, 2).
+    kind: what it is, such as "desk", with the chairs that belong to it; empty for boxes, bins, plants and others.
     """
 
     bounds: tuple[float, float, float, float]
     outlines: Outlines
+    kind: str = ""
 
     def __post_init__(self) -> None:
         corners = np.vstack([np.reshape(self.bounds, (2, 2)), *self.outlines])
@@ -115,9 +117,9 @@ def transform_outlines(outlines: Sequence[Floats], x: float, y: float, turn: flo
     return np.split(corners, np.cumsum([len(outline) for outline in outlines])[:-1])
 
 
-def make_block(width: float, depth: float) -> Piece:
+def make_block(width: float, depth: float, name: str = "") -> Piece:
     """A solid piece: a cabinet, box, counter or pallet."""
-    return Piece((-width / 2, 0, width / 2, depth), [outline_box(-width / 2, 0, width / 2, depth)])
+    return Piece((-width / 2, 0, width / 2, depth), [outline_box(-width / 2, 0, width / 2, depth)], name)
 
 
 def make_round(radius: float) -> Piece:
@@ -127,21 +129,21 @@ def make_round(radius: float) -> Piece:
 
 def make_shelf(furniture: FurnitureStyle, width: float, depth: float) -> Piece:
     """A shelf or cabinet."""
-    return Piece(
-        (-width / 2, 0, width / 2, depth), furniture.place_body(furniture.shelf, -width / 2, 0, width / 2, depth)
-    )
+    outlines = furniture.place_body(furniture.shelf, -width / 2, 0, width / 2, depth)
+    return Piece((-width / 2, 0, width / 2, depth), outlines, "shelf")
 
 
 def make_person(rng: np.random.Generator) -> Piece:
     """A person: two legs, or a blob from one who moved."""
     if rng.random() < 0.4:
-        return make_round(float(rng.uniform(0.15, 0.25)))
+        return replace(make_round(float(rng.uniform(0.15, 0.25))), kind="person")
     gap, radius = rng.uniform(0.1, 0.18), rng.uniform(0.055, 0.08)
     half = gap + radius
     step = rng.uniform(0, 0.15)
     return Piece(
         (-half, 0, half, 2 * radius + step),
         [outline_disc(-gap, radius, radius), outline_disc(gap, radius + step, radius)],
+        "person",
     )
 
 
@@ -154,7 +156,7 @@ def make_bed(furniture: FurnitureStyle, rng: np.random.Generator, *, width: floa
         outlines.append(outline_box(-half - left, 0.02, -half - 0.05, 0.42))
     if right:
         outlines.append(outline_box(half + 0.05, 0.02, half + right, 0.42))
-    return Piece((-half - left, 0, half + right, length), outlines)
+    return Piece((-half - left, 0, half + right, length), outlines, "bed")
 
 
 def make_desk(furniture: FurnitureStyle, rng: np.random.Generator, *, with_screen: bool = False) -> Piece:
@@ -168,7 +170,7 @@ def make_desk(furniture: FurnitureStyle, rng: np.random.Generator, *, with_scree
         outlines.append(outline_box(-half, 0, half, 0.05))
     if rng.random() < 0.9:
         outlines += furniture.place_chair(rng.uniform(-0.3, 0.3), depth + rng.uniform(0.1, 0.35), rng)
-    return Piece((-half, 0, half, depth + 0.65), outlines)
+    return Piece((-half, 0, half, depth + 0.65), outlines, "desk")
 
 
 def make_cubicle(furniture: FurnitureStyle, rng: np.random.Generator) -> Piece:
@@ -181,7 +183,7 @@ def make_cubicle(furniture: FurnitureStyle, rng: np.random.Generator) -> Piece:
     outlines.append(outline_box(-half, 0, -half + thick, depth))
     if rng.random() < 0.7:
         outlines.append(outline_box(half - thick, 0, half, depth * rng.uniform(0.5, 1)))
-    return Piece((-half, 0, half, depth), outlines)
+    return Piece((-half, 0, half, depth), outlines, "desk")
 
 
 def make_table_group(furniture: FurnitureStyle, rng: np.random.Generator, *, width: float, depth: float) -> Piece:
@@ -199,7 +201,7 @@ def make_table_group(furniture: FurnitureStyle, rng: np.random.Generator, *, wid
         ends = 0.5
         outlines += furniture.place_chair(-half - 0.2, edge + depth / 2, rng)
         outlines += furniture.place_chair(half + 0.2, edge + depth / 2, rng)
-    return Piece((-half - ends, 0, half + ends, depth + 2 * edge), outlines)
+    return Piece((-half - ends, 0, half + ends, depth + 2 * edge), outlines, "table")
 
 
 def make_round_table(furniture: FurnitureStyle, rng: np.random.Generator) -> Piece:
@@ -211,7 +213,7 @@ def make_round_table(furniture: FurnitureStyle, rng: np.random.Generator) -> Pie
     for turn in start + 2 * np.pi / seats * np.arange(seats):
         distance = radius + rng.uniform(0.05, 0.2)
         outlines += furniture.place_chair(distance * np.cos(turn), reach + distance * np.sin(turn), rng)
-    return Piece((-reach, 0, reach, 2 * reach), outlines)
+    return Piece((-reach, 0, reach, 2 * reach), outlines, "table")
 
 
 def make_sofa(furniture: FurnitureStyle, rng: np.random.Generator) -> Piece:
@@ -225,30 +227,32 @@ def make_sofa(furniture: FurnitureStyle, rng: np.random.Generator) -> Piece:
     elif rng.random() < 0.6:
         front = depth + 1.0
         outlines += furniture.place_table(-0.5, depth + 0.35, 0.5, front - 0.1)
-    return Piece((-half, 0, half, front), outlines)
+    return Piece((-half, 0, half, front), outlines, "sofa")
 
 
 def make_bath_fitting(rng: np.random.Generator, name: str) -> Piece:
     """A tub, shower, basin, washing machine or toilet."""
     if name == "toilet":
-        return Piece((-0.25, 0, 0.25, 0.65), [outline_box(-0.2, 0, 0.2, 0.2), outline_disc(0, 0.4, 0.19)])
+        return Piece((-0.25, 0, 0.25, 0.65), [outline_box(-0.2, 0, 0.2, 0.2), outline_disc(0, 0.4, 0.19)], name)
     sizes = {"tub": (1.65, 0.75), "shower": (0.85, 0.85), "basin": (0.6, 0.45), "machine": (0.6, 0.6)}
     width, depth = sizes[name]
-    return make_block(width * rng.uniform(0.95, 1.1), depth * rng.uniform(0.95, 1.05))
+    # Plans call these kinds so, too
+    standard_name = {"tub": "bath", "basin": "sink", "machine": "washing machine"}.get(name, name)
+    return make_block(width * rng.uniform(0.95, 1.1), depth * rng.uniform(0.95, 1.05), standard_name)
 
 
 def make_rack(rng: np.random.Generator, *, length: float, depth: float, solid: bool) -> Piece:
     """A rack of a store: a solid body, or posts with pallets between them."""
     half = length / 2
     if solid:
-        return make_block(length, depth)
+        return make_block(length, depth, "rack")
     bays = max(round(length / 2.7), 1)
     posts = np.linspace(-half, half - 0.1, bays + 1)
     outlines = [outline_box(x, y, x + 0.1, y + 0.1) for x in posts for y in (0.0, depth - 0.1)]
     for x, x_next in pairwise(posts):
         starts = np.arange(x + 0.15, x_next - 0.85, 0.9)
         outlines += [outline_box(start, 0.05, start + 0.8, depth - 0.05) for start in starts if rng.random() < 0.7]
-    return Piece((-half, 0, half, depth), outlines)
+    return Piece((-half, 0, half, depth), outlines, "rack")
 
 
 def _rotation(turn: float) -> Floats:

@@ -56,7 +56,7 @@ def _add_storage(space: RoomSpace, mean: float) -> None:
             gap = rng.uniform(0.2, 0.6)
             thing = make_block(rng.uniform(0.2, 0.5), min(gap - 0.05, 0.3))
             behind = transform_outlines(thing.outlines, rng.uniform(-0.2, 0.2), 0.02 - gap, 0)
-            piece = Piece(piece.bounds, piece.outlines + (behind if rng.random() < 0.5 else []))
+            piece = Piece(piece.bounds, piece.outlines + (behind if rng.random() < 0.5 else []), piece.kind)
             space.put_at_wall(piece, gap)
         else:
             space.put_at_wall(piece)
@@ -72,7 +72,7 @@ def _add_clutter(space: RoomSpace, mean: float) -> None:
         elif draw < 0.7:
             piece = make_round(rng.uniform(0.1, 0.25))
         else:
-            piece = Piece((-0.3, 0, 0.3, 0.6), space.furniture.place_chair(0, 0.3, rng))
+            piece = Piece((-0.3, 0, 0.3, 0.6), space.furniture.place_chair(0, 0.3, rng), "chair")
         if rng.random() < 0.65:
             space.put_at_wall(piece, WALL_GAP + rng.uniform(0, 0.1))
         else:
@@ -85,7 +85,7 @@ def _furnish_bedroom(space: RoomSpace) -> None:
         width = rng.uniform(1.4, 1.85) if space.area > 9 and rng.random() < 0.6 else rng.uniform(0.9, 1.1)
         space.put_at_wall(make_bed(space.furniture, rng, width=width), attempts=15)
     if space.chance(0.85):
-        space.put_at_wall(make_block(rng.uniform(0.9, 2.4), rng.uniform(0.55, 0.65)), attempts=10)
+        space.put_at_wall(make_block(rng.uniform(0.9, 2.4), rng.uniform(0.55, 0.65), "wardrobe"), attempts=10)
     if space.chance(0.4):
         space.put_at_wall(make_desk(space.furniture, rng))
     _add_storage(space, 0.8)
@@ -135,14 +135,16 @@ def _add_counters(space: RoomSpace, runs: int) -> None:
             x, y = space.starts[side] + (0.6 * unit + 0.3 + WALL_GAP) * space.directions[side]
             # Units of a counter stand beside each other without a gap, short of rounding.
             turn = float(np.arctan2(dy, dx))
-            space.put(make_block(0.598, depth), float(x - WALL_GAP * dy), float(y + WALL_GAP * dx), turn, gap=0)
+            space.put(
+                make_block(0.598, depth, "counter"), float(x - WALL_GAP * dy), float(y + WALL_GAP * dx), turn, gap=0
+            )
 
 
 def _furnish_kitchen(space: RoomSpace) -> None:
     rng = space.rng
     _add_counters(space, 1 + int(rng.random() < 0.6) + int(rng.random() < 0.2))
     if space.area > 11 and space.chance(0.35):
-        space.put_free(make_block(rng.uniform(1.2, 2.2), rng.uniform(0.7, 1.0)), any_angle=0)
+        space.put_free(make_block(rng.uniform(1.2, 2.2), rng.uniform(0.7, 1.0), "counter"), any_angle=0)
     if space.area > 7 and space.chance(0.6):
         for _ in range(1 + int(space.area / 25)):
             _add_table(space)
@@ -288,7 +290,7 @@ def _furnish_classroom(space: RoomSpace) -> None:
         outlines = space.furniture.place_table(-width / 2, 0, width / 2, 0.5)
         for x in (0.0,) if width < 1 else (-width / 4, width / 4):
             outlines = outlines + space.furniture.place_chair(x, 0.72 + rng.uniform(-0.1, 0.15), rng)
-        return Piece((-width / 2, 0, width / 2, 1.05), outlines)
+        return Piece((-width / 2, 0, width / 2, 1.05), outlines, "desk")
 
     space.put_rows(
         make,
@@ -313,7 +315,7 @@ def _furnish_lab(space: RoomSpace) -> None:
             outlines = outlines + space.furniture.place_chair(
                 rng.uniform(-pitch / 2, pitch / 2) * 0.8, depth + 0.25, rng
             )
-        return Piece((-pitch / 2, 0, pitch / 2, depth + 0.55), outlines)
+        return Piece((-pitch / 2, 0, pitch / 2, depth + 0.55), outlines, "bench")
 
     missing = max(0.05, 0.5 - 0.4 * space.density)
     space.put_rows(make, pitch=pitch + 0.07, aisle=rng.uniform(0.6, 1.2), missing=missing, margin=rng.uniform(0.7, 1.4))
@@ -354,7 +356,7 @@ def _furnish_reception(space: RoomSpace) -> None:
             outline_box(width / 2 - depth, depth, width / 2, depth + 0.9),
         ]
         outlines += space.furniture.place_chair(0, depth + 0.4, rng)
-        space.put_free(Piece((-width / 2, 0, width / 2, depth + 0.9), outlines), any_angle=0, attempts=15)
+        space.put_free(Piece((-width / 2, 0, width / 2, depth + 0.9), outlines, "counter"), any_angle=0, attempts=15)
     for _ in range(space.count(space.area / 10)):
         space.put_at_wall(make_desk(space.furniture, rng))
     _add_storage(space, space.area / 8)
@@ -370,7 +372,7 @@ def _furnish_lobby(space: RoomSpace) -> None:
         elif draw < 0.7:
             _add_table(space)
         else:
-            bench = Piece((-0.9, 0, 0.9, 0.5), space.furniture.place_table(-0.9, 0, 0.9, 0.45))
+            bench = Piece((-0.9, 0, 0.9, 0.5), space.furniture.place_table(-0.9, 0, 0.9, 0.45), "bench")
             space.put_free(bench)
     _add_storage(space, space.area / 25)
     _add_clutter(space, 0.05 * space.area)
@@ -393,7 +395,7 @@ def _furnish_cafeteria(space: RoomSpace) -> None:
 def _furnish_gym(space: RoomSpace) -> None:
     rng = space.rng
     for _ in range(space.count(space.area / 25)):
-        piece = Piece((-1.5, 0, 1.5, 0.4), space.furniture.place_table(-1.5, 0, 1.5, 0.35))
+        piece = Piece((-1.5, 0, 1.5, 0.4), space.furniture.place_table(-1.5, 0, 1.5, 0.35), "bench")
         space.put_at_wall(piece) if rng.random() < 0.7 else space.put_free(piece)
     for _ in range(space.count(space.area / 40)):
         space.put_free(make_block(rng.uniform(0.8, 2), rng.uniform(0.8, 1.2)), any_angle=0.5)

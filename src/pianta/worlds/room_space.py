@@ -27,6 +27,7 @@ class RoomSpace:
 
     starts, directions, lengths: of its sides; the room is on the left of each.
     footprints, bounds: space that the pieces take, with a gap, and its x0, y0, x1, y1, one row each.
+    pieces: kind and number of outlines of each piece, in the order of the outlines.
     """
 
     polygon: Polygon
@@ -41,6 +42,7 @@ class RoomSpace:
     footprints: list[Polygon] = field(default_factory=list)
     bounds: Floats = field(default_factory=lambda: np.zeros((16, 4)))
     outlines: Outlines = field(default_factory=list)
+    pieces: list[tuple[str, int]] = field(default_factory=list)
 
     @property
     def area(self) -> float:
@@ -80,6 +82,7 @@ class RoomSpace:
         self.bounds[len(self.footprints)] = *wider.min(axis=0), *wider.max(axis=0)
         self.footprints.append(wider_footprint)
         self.outlines += transform_outlines(piece.outlines, x, y, turn)
+        self.pieces.append((piece.kind, len(piece.outlines)))
         return True
 
     def put_at_wall(self, piece: Piece, gap: float = WALL_GAP, *, attempts: int = ATTEMPTS) -> bool:
