@@ -11,7 +11,7 @@ from collections import Counter
 from collections.abc import Iterator
 from contextlib import closing
 from pathlib import Path
-from shutil import copytree
+from shutil import copytree, rmtree
 
 import numpy as np
 import psutil
@@ -23,6 +23,7 @@ from pianta.batch import geoparquet, processes
 from pianta.batch.inputs import expand_patterns, list_inputs
 from pianta.batch.journal import Entry, Journal, read_journals
 from pianta.batch.processes import Fault, run_items
+from pianta.batch.run_batch import digest_options
 from pianta.errors import OptionError
 from pianta.gridmap import FREE, OCCUPIED, GridMap
 from pianta.io._folders import atomic_folder
@@ -95,7 +96,11 @@ class TestInputs:
         Image.new("L", (9, 9)).save(maps / "a" / "picture.png")
         assert maps / "a" / "picture.png" in list_inputs([maps])
         (maps / "a" / name).write_text("")
-        assert {path.parent.name for path in list_inputs([maps])} == {"b", "c", "maps"}
+        (maps / "a" / "inner").mkdir()
+        make_map().save(maps / "a" / "inner" / "x.npz")
+        # A map of ROS beside its results is none of them
+        assert [path.name for path in list_inputs([maps])] == ["broken.npz", "a.yaml", "x.npz", "b.yaml", "c.yaml"]
+        assert [path.name for path in list_inputs([f"{maps}/**/*.png"])] == ["b.png", "c.png"]
 
     def test_a_folder_that_cannot_be_listed_is_an_error(self, maps, monkeypatch):
         scandir = os.scandir
@@ -234,12 +239,56 @@ class TestResume:
         assert {name: item.description for name, item in items.items()} == {"a": 2, "b": 2, "c": 2}
         assert list_new(items) == {"a", "b", "c"}
 
-    def test_moved_maps_are_not_read_again(self, maps, tmp_path):
+    def test_no_resume_forgets_files_that_are_gone(self, maps, tmp_path):
         read(maps, tmp_path / "out")
         (tmp_path / "new").mkdir()
         moved = maps.rename(tmp_path / "new" / "maps")
-        assert list_new(read(moved, tmp_path / "out")) == {"broken"}
-        assert [entry.folder for entry in read_journals(tmp_path / "out")] == ["a", "b", "broken", "c"]
+        assert list_new(read(moved, tmp_path / "out")) == {"a", "b", "c", "broken"}
+        assert len(read_journals(tmp_path / "out")) == 8
+        read(moved, tmp_path / "out", resume=False)
+        assert [Path(entry.path).is_relative_to(moved) for entry in read_journals(tmp_path / "out")] == [True] * 4
+
+    def test_equal_sizes_and_times_do_not_make_two_maps_one(self, tmp_path):
+        maps = tmp_path / "maps"
+        for name, rooms in (("one", 2), ("two", 3)):
+            (maps / name).mkdir(parents=True)
+            make_map(rooms).save(maps / name / "map.npz")
+            content = (maps / name / "map.npz").read_bytes()
+            (maps / name / "map.npz").write_bytes(content + bytes(4000 - len(content)))
+            os.utime(maps / name / "map.npz", (1, 1))
+        [*pianta.read_batch([maps], out=tmp_path / "out", labels=False)]
+        (maps / "one").rename(maps / "old")
+        (maps / "two").rename(maps / "one")
+        items = pianta.read_batch([maps], out=tmp_path / "out", labels=False, describe=count_rooms)
+        assert {item.path.parent.name: item.description for item in items} == {"old": 2, "one": 3}
+
+    def test_a_missing_result_is_read_again(self, maps, tmp_path):
+        read(maps, tmp_path / "out")
+        (tmp_path / "out" / "b" / "floor.geojson").unlink()
+        assert list_new(read(maps, tmp_path / "out")) == {"b", "broken"}
+
+    def test_functions_with_one_name_do_not_share_descriptions(self, maps, tmp_path):
+        read(maps, tmp_path / "out", describe=lambda reading: len(reading.floor))
+        items = read(maps, tmp_path / "out", describe=lambda reading: len(reading.floor.doors))
+        assert items["a"].description == 1
+        assert list_new(read(maps, tmp_path / "out", describe=print)) == {"a", "b", "c", "broken"}
+        with pytest.raises(OptionError, match="describe is 'count_rooms', give a function of a module"):
+            read(maps, tmp_path / "out", describe="count_rooms")
+
+    def test_corrections_of_a_building_are_applied_again(self, maps, tmp_path):
+        read(maps, tmp_path / "out")
+        assert run_pianta("correct", tmp_path / "out" / "a", "--name", 1, "Kitchen").code == 0
+        assert list_new(read(maps, tmp_path / "out", walls=True)) == {"a", "b", "c", "broken"}
+        assert pianta.read_floor(tmp_path / "out" / "a" / "floor.geojson")[1].name == "Kitchen"
+
+    def test_a_symbol_that_has_changed_is_another_option(self, maps, tmp_path):
+        symbols = tmp_path / "symbols"
+        symbols.mkdir()
+        Image.new("L", (20, 20)).save(symbols / "door.png")
+        options = {"symbols": symbols}
+        before = digest_options(options)
+        Image.new("L", (30, 30)).save(symbols / "door.png")
+        assert digest_options(options) != before
 
     def test_copied_maps_are_others(self, maps, tmp_path):
         read(maps, tmp_path / "out")
@@ -319,6 +368,21 @@ class TestOutputFolder:
             (tmp_path / "out" / sibling).rename(tmp_path / "out.sqlite")
             for own in (tmp_path / "out").glob("journal*"):
                 own.unlink()
+
+    @pytest.mark.parametrize("name", ["a/a.yaml", "a/a.png"])
+    def test_json_does_not_replace_a_map(self, maps, tmp_path, name):
+        before = list_files(maps)
+        code, _, err = run_pianta("read", maps, "-o", tmp_path / "out", "--json", maps / name)
+        assert code == 2
+        assert "is there and not of pianta, give another name or remove it" in err
+        assert list_files(maps) == before
+
+    def test_storeys_are_not_read_into_the_folder_of_a_batch(self, maps, tmp_path):
+        read(maps, tmp_path / "out")
+        files = (maps / "a" / "a.yaml", maps / "b" / "b.yaml")
+        code, _, err = run_pianta("read", *files, "-o", tmp_path / "out", "--storey", "a:0", "--storey", "b:3")
+        assert code == 2
+        assert "has the results of a batch; give 'building' a folder of its own" in err
 
     @pytest.mark.parametrize("name", ["journal.sqlite", "rooms.parquet", "floor.geojson"])
     def test_json_does_not_replace_a_journal_or_a_result(self, maps, tmp_path, name):
@@ -590,10 +654,18 @@ class TestCollection:
         assert [entry.folder for entry in read_journals(tmp_path / "out")] == ["a", "b", "broken", "c"]
         assert list_files(tmp_path / "out") == before
 
+    def test_a_map_that_was_removed_with_its_results_is_left_out(self, maps, tmp_path):
+        geopandas = pytest.importorskip("geopandas")
+        read(maps, tmp_path / "out")
+        rmtree(maps / "a")
+        rmtree(tmp_path / "out" / "a")
+        table = geopandas.read_parquet(pianta.collect_batch(tmp_path / "out")["buildings"])
+        assert table["building"].tolist() == ["b", "c"]
+
     def test_results_that_are_gone_are_an_error(self, maps, tmp_path):
         read(maps, tmp_path / "out")
         (tmp_path / "out" / "a" / "floor.geojson").unlink()
-        with pytest.raises(pianta.PiantaError, match="--no-resume"):
+        with pytest.raises(pianta.PiantaError, match="reads the file again"):
             pianta.collect_batch(tmp_path / "out")
         assert not list((tmp_path / "out").glob("*.parquet"))
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
 from contextlib import ExitStack
 from pathlib import Path
@@ -53,7 +54,7 @@ def collect_batch(folder: str | Path, out: str | Path | None = None) -> dict[str
     """
     target = Path(folder if out is None else out)
     check_output_folder(target)
-    entries = [entry for entry in read_journals(Path(folder)) if entry.is_done]
+    entries = [entry for entry in read_journals(Path(folder)) if entry.is_done and not _is_removed(entry, Path(folder))]
     if not entries:
         raise OptionError(f"the journal of {short_repr(folder)} has no file that was read, so there is no table")
     with atomic_folder(target) as new, ExitStack() as stack:
@@ -66,12 +67,17 @@ def collect_batch(folder: str | Path, out: str | Path | None = None) -> dict[str
     return {table: target / f"{table}.parquet" for table in TABLES}
 
 
+def _is_removed(entry: Entry, folder: Path) -> bool:
+    """Whether a user has removed a file and its results."""
+    return not (folder / entry.folder).exists() and not os.path.lexists(entry.path)
+
+
 def _read_results(folder: Path, entry: Entry) -> Building:
     """The building that was read from a file."""
     try:
         return read_building_folder(folder / entry.folder)
     except PiantaError as error:
-        raise type(error)(f"{error}; read the file again with --no-resume") from None
+        raise type(error)(f"{error}; `pianta read` reads the file again") from None
 
 
 def _describe_storey(storey: Storey, entry: Entry) -> Row:

@@ -152,7 +152,7 @@ def generate_batch(
     if world_options is not None:
         drawing["worlds"] = asdict(world_options)
     digest = digest_options({**options, **graphs, "seed": seed, "model": content, **drawing})
-    batch = Batch(target, "generate", digest, run, "generate")
+    batch = Batch(target, "generate", digest, run, [SHEET], "generate")
     work = _Work(sampler, seed, drawing["plans"], world_options)
     return batch.do_all([*_list_parts(target, count)], work, progress)
 

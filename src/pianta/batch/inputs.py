@@ -34,7 +34,10 @@ def list_inputs(paths: Iterable[str | Path]) -> list[Path]:
     """
     files: dict[Path, Path] = {}
     for pattern in paths:
-        inside = [file for path in expand_patterns([pattern]) for file in _list_path(path)]
+        matches = expand_patterns([pattern])
+        if matches != [Path(pattern)]:
+            matches = [path for path in matches if not _is_result(path)]
+        inside = [file for path in matches for file in _list_path(path)]
         if not inside:
             remedy = "give one with a map.yaml, pictures or drawings"
             raise OptionError(f"folder {short_repr(pattern)} has no map or plan, {remedy}")
@@ -76,8 +79,8 @@ def _expand(pattern: str | Path) -> list[Path]:
 def _list_folder(folder: Path) -> Iterator[Path]:
     for name, folders, names in os.walk(folder, onerror=refuse_folder):
         if is_result_folder(names):
-            folders.clear()
-            continue
+            # A map of ROS may lie beside its results
+            names = [each for each in names if Path(each).suffix.lower() in YAML_SUFFIXES]  # noqa: PLW2901
         bags = [inner for inner in folders if is_bag(Path(name, inner))]
         folders[:] = sorted(inner for inner in folders if not inner.startswith(".") and inner not in bags)
         files = [Path(name, file) for file in names if not file.startswith(".")]
@@ -89,6 +92,12 @@ def _list_folder(folder: Path) -> Iterator[Path]:
         ]
         chosen = [*maps, *(file for file in others if real_path(file) not in images)]
         yield from sorted([*chosen, *(Path(name, bag) for bag in bags)])
+
+
+def _is_result(path: Path) -> bool:
+    """Whether a file is among results of `pianta read`, `predict` or `generate`, but no map.yaml."""
+    is_map = path.suffix.lower() in YAML_SUFFIXES or path.is_dir()
+    return not is_map and is_result_folder([file.name for file in path.parent.iterdir()])
 
 
 def is_result_folder(names: Sequence[str]) -> bool:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import re
 import sqlite3
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from contextlib import closing, suppress
 from dataclasses import astuple, dataclass
 from pathlib import Path
@@ -58,7 +58,7 @@ _CREATE = """create table if not exists entries (
 _CREATE_ABOUT = "create table if not exists about (verb text not null)"
 _RECORD = "insert or replace into entries values (?, ?, ?, ?, ?, ?, ?, ?, ?)"
 _INVALIDATE = "update entries set inputs = '' where path = ?"
-_RENAME = "update or replace entries set path = ? where path = ?"
+_FORGET = "delete from entries where path = ?"
 _SELECT = """select path, folder, inputs, options, version, seconds, "group", fault, description
     from entries order by path"""
 
@@ -146,11 +146,11 @@ class Journal:
         except sqlite3.Error as error:
             raise _as_option_error(self.file, error) from None
 
-    def rename(self, paths: Mapping[str, str]) -> None:
-        """Give entries new paths: old path -> new path."""
+    def forget(self, paths: Iterable[str]) -> None:
+        """Remove the entries of files."""
         try:
             self._connection.execute("begin immediate")
-            self._connection.executemany(_RENAME, ((new, old) for old, new in paths.items()))
+            self._connection.executemany(_FORGET, [[path] for path in paths])
             self._connection.execute("commit")
         except sqlite3.Error as error:
             raise _as_option_error(self.file, error) from None

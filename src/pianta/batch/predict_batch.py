@@ -132,7 +132,7 @@ def predict_batch(
     names = name_folders([file.parent if file.name == FLOOR_FILE else file for file in files])
     items = [_make_item(file, target / name) for file, name in zip(files, names, strict=True)]
     work = _Work(FloorPredictor(model, count, seed, explored, as_printed, plans))
-    batch = Batch(target, "predict", digest, run, "predict")
+    batch = Batch(target, "predict", digest, run, [PREDICTION], "predict")
     return batch.do_all(items, work, progress, check=lambda item: name_samples(item.path, count, item.folder))
 
 

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import marshal
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
+from hashlib import sha256
 from inspect import signature
 from pathlib import Path
 from typing import Any, Unpack
@@ -24,9 +26,12 @@ from pianta.batch.run_batch import (
 from pianta.errors import OptionError
 from pianta.io._files import short_repr
 from pianta.io._folders import check_output_folder
+from pianta.io.building_folders import BUILDING_FILE
 from pianta.reading._reader import Reader, ReadOptions
 from pianta.reading.read import name_folders, read
-from pianta.reading.reading import Reading, check_corrections, check_output, list_input_files
+from pianta.reading.reading import OUTPUTS, Reading, check_output, has_corrections, list_input_files
+
+RESULTS = (OUTPUTS[0], BUILDING_FILE)
 
 
 def read_batch(
@@ -113,8 +118,23 @@ def read_batch(
     defaults = {name: parameter.default for name, parameter in signature(read).parameters.items() if name != "path"}
     digest = digest_options({**defaults, **options, "walls": walls, "graph": graph}, list_input_files)
     items = [_make_item(file, target / name) for file, name in zip(files, name_folders(files), strict=True)]
-    describer = "" if describe is None else f"{describe.__module__}.{getattr(describe, '__qualname__', describe)}"
-    return Batch(target, READ, digest, run, describer).do_all(items, work, progress)
+    describer = "" if describe is None else _identify(describe)
+    return Batch(target, READ, digest, run, RESULTS, describer).do_all(items, work, progress)
+
+
+def _identify(describe: Callable[[Reading], Any]) -> str:
+    """What distinguishes a function from others, such as those of other programs that have its name.
+
+    Raises OptionError for what is no function.
+    """
+    if not callable(describe):
+        raise OptionError(f"describe is {short_repr(describe)}, give a function of a module")
+    name = f"{describe.__module__}.{getattr(describe, '__qualname__', type(describe).__qualname__)}"
+    code = getattr(describe, "__code__", None)
+    if code is None:
+        return f"{name} {describe!r}"
+    content = marshal.dumps(code) + repr(getattr(describe, "__defaults__", None)).encode()
+    return f"{name} {sha256(content).hexdigest()[:16]}"
 
 
 def _make_item(file: Path, folder: Path) -> WorkItem[None]:
@@ -138,7 +158,8 @@ class _Work:
 
     def _read(self, item: WorkItem[None]) -> Any:  # noqa: ANN401  # what JSON can hold
         check_output(item.path, item.folder)
-        check_corrections(item.folder)
-        reading = self.reader.read(item.path)
+        # What people have corrected in an older result is corrected in the new one
+        reader = self.reader.keep(item.folder) if has_corrections(item.folder) else self.reader
+        reading = reader.read(item.path)
         reading.save(item.folder, walls=self.walls, graph=self.graph)
         return self.describe(replace(reading, folder=item.folder)) if self.describe else None

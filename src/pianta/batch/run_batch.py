@@ -23,6 +23,7 @@ from pianta.io._folders import new_folder, remove_remains
 from pianta.reading.read import MAX_JOBS
 
 UNFORESEEN = ("time", "killed", "memory", "unforeseen")  # groups of faults whose message does not name the item
+MAX_NAME_BYTES = 200  # of a folder, which with a number is shorter than the 255 of most disks
 _SHARD = re.compile(r"([1-9][0-9]{0,5})/([1-9][0-9]{0,5})")
 
 Value = TypeVar("Value")
@@ -127,13 +128,15 @@ class Batch:
     """A batch in an output folder.
 
     verb: of the command. options: the digest of what changes results. describer: what makes the descriptions of
-    results, for which items with those of another one are done again; empty for none.
+    results, for which items with those of another one are done again; empty for none. results: files of which a folder
+    of results has one.
     """
 
     out: Path
     verb: str
     options: str
     run: RunOptions
+    results: Sequence[str]
     describer: str = ""
 
     def do_all(
@@ -153,18 +156,18 @@ class Batch:
         with new_folder(self.out), self._open_journal(part) as journal:
             if part is None:
                 remove_remains(self.out)
+            if part is None and not self.run.resume:
+                keys = {item.key for item in listed}
+                journal.forget(key for key in journal.read_entries() if key not in keys and not os.path.lexists(key))
             entries = journal.read_entries()
-            if moved := _find_moved(listed, entries):
-                journal.rename(moved)
-                entries = journal.read_entries()
             items = [*_choose_folders(listed, [*read_siblings(self.out, part), *entries.values()])]
             _check_folders(items)
             for item in items:
                 check(item)
             items = [item for item in items if part is None or _is_in(item.key, part)]
             done = [item for item in items if self.run.resume and self._is_done(item, entries.get(item.key))]
-            keys = {item.key for item in done}
-            left = [item for item in items if item.key not in keys]
+            done_keys = {item.key for item in done}
+            left = [item for item in items if item.key not in done_keys]
             if self.run.only_failed:
                 left = self._choose_failed(left, entries)
             journal.invalidate(item.key for item in left if item.key in entries)
@@ -212,7 +215,7 @@ class Batch:
 
     def _is_done(self, item: WorkItem[Value], entry: Entry | None) -> bool:
         """Whether an item was done as it is, with these options, and its results are there."""
-        if entry is None or not entry.is_done or not item.folder.is_dir():
+        if entry is None or not entry.is_done or not any((item.folder / name).is_file() for name in self.results):
             return False
         if self.describer and not self._has_description(entry):
             return False
@@ -260,23 +263,12 @@ class Batch:
         return BatchItem(item.path, item.folder, fault, entry.group, entry.seconds, is_new, description)
 
 
-def _find_moved(items: Sequence[WorkItem[Value]], entries: Mapping[str, Entry]) -> dict[str, str]:
-    """Old key -> new key of items whose files were moved: they are as they were, and not where they were."""
-    wanted = {item.inputs: item for item in items if item.files and item.key not in entries}
-    moved: dict[str, str] = {}
-    for key, entry in entries.items():
-        item = wanted.get(entry.inputs)
-        if item and Path(key).name == item.path.name and not os.path.lexists(key):
-            moved[key] = wanted.pop(entry.inputs).key
-    return moved
-
-
 def _choose_folders(items: Iterable[WorkItem[Value]], entries: Iterable[Entry]) -> Iterator[WorkItem[Value]]:
     """The items with their folders: those of their entries, else of a name that no other item has."""
     folders = {entry.path: entry.folder for entry in entries}
     owners = {folder.casefold(): key for key, folder in folders.items()}
     for item in items:
-        name = as_utf8(item.folder.name)
+        name = as_utf8(item.folder.name).encode()[:MAX_NAME_BYTES].decode(errors="ignore")
         folder = folders.get(item.key, name)
         number = 1
         while is_reserved(folder) or owners.get(folder.casefold(), item.key) != item.key:
@@ -319,8 +311,13 @@ def describe_files(files: Iterable[Path]) -> str:
     return as_utf8("; ".join(described))
 
 
+def _list_option_files(path: Path) -> list[Path]:
+    """The file of an option, or the files in its folder, such as those of symbols."""
+    return sorted(path.iterdir()) if path.is_dir() else [path]
+
+
 def digest_options(
-    options: Mapping[str, Any], list_files: Callable[[Path], Iterable[Path]] = lambda file: [file]
+    options: Mapping[str, Any], list_files: Callable[[Path], Iterable[Path]] = _list_option_files
 ) -> str:
     """A digest of options that change results, with the sizes and times of files among them.
 

@@ -135,15 +135,22 @@ def run_batch(
 
 @contextmanager
 def ending_by_signal() -> Iterator[None]:
-    """A block that SIGTERM, of a cluster whose time is over, ends as Ctrl+C does: with its processes."""
+    """A block that SIGTERM, of a cluster whose time is over, ends as Ctrl+C does: with its processes.
+
+    So does SIGHUP, of a terminal that is closed, unless `nohup` has it ignored.
+    """
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    before = signal.signal(signal.SIGTERM, lambda number, _: sys.exit(128 + number))
+    numbers = [signal.SIGTERM, *([signal.SIGHUP] if hasattr(signal, "SIGHUP") else [])]
+    before = {number: signal.getsignal(number) for number in numbers if signal.getsignal(number) != signal.SIG_IGN}
+    for number in before:
+        signal.signal(number, lambda caught, _: sys.exit(128 + caught))
     try:
         yield
     finally:
-        signal.signal(signal.SIGTERM, before)
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
 def refuse_batch(out: Path, path: str) -> None:

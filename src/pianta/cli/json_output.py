@@ -25,6 +25,7 @@ Json = Annotated[
 ]
 # The name of stdout.
 STDOUT = Path("-")
+HEAD_BYTES = 64  # of a file, in which ours name pianta
 DIGITS = 4  # of metres and square metres
 
 
@@ -37,7 +38,18 @@ def check_json(file: Path | None, *, quiet: bool) -> bool:
         check_output_file(file, "JSON file")
         if file.name in OUTPUTS or is_reserved(file.name):
             raise OptionError(f"JSON file {short_repr(file)} has the name of another result, give another name")
+        if file.is_file() and not _is_own(file):
+            raise OptionError(
+                f"JSON file {short_repr(file)} is there and not of pianta, give another name or remove it"
+            )
     return quiet or file == STDOUT
+
+
+def _is_own(file: Path) -> bool:
+    """Whether a file is empty, or was written by `write_json`; a map, for one, would be lost."""
+    with file.open("rb") as opened:
+        head = opened.read(HEAD_BYTES)
+    return not head.strip() or (head.lstrip().startswith(b"{") and b'"pianta"' in head)
 
 
 def write_json(content: Mapping[str, Any], file: Path | None) -> None:

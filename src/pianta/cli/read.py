@@ -11,6 +11,7 @@ import typer
 
 from pianta.batch.inputs import is_collection
 from pianta.batch.read_batch import read_batch
+from pianta.batch.run_batch import BatchItem
 from pianta.building import Link, Storey
 from pianta.cli.batches import (
     BatchFlags,
@@ -337,9 +338,16 @@ def _read_several(
         keep=lambda item: replace(item, description=item.description if json_file else None),
     )
     # Processes end in any order
-    described = [item.description["file"] for item in sorted(items, key=lambda item: item.path) if item.description]
+    described = [_describe_item(item) for item in sorted(items, key=lambda item: item.path) if item.description]
     write_json({"files": described}, json_file)
     exit_if_any_failed(items)
+
+
+def _describe_item(item: BatchItem) -> dict[str, object]:
+    """The part of the JSON of a file that was read; the paths as they are given now."""
+    file = item.description["file"]
+    storeys = [{**storey, "folder": str(item.folder / storey["name"])} for storey in file["storeys"]]
+    return {**file, "file": str(item.path), "storeys": storeys}
 
 
 def describe_for_journal(reading: Reading) -> dict[str, object]:
@@ -362,6 +370,7 @@ def _read_storeys(
     """Read each file, a storey, and print a line for it; join them to a building, if all are read."""
     if flags.batch_only:
         raise OptionError(f"storeys are read together, leave out {' and '.join(flags.batch_only)}")
+    refuse_batch(out, "building")
     with counting_files(maps, quiet=quiet) as progress:
         names = [name for name, _ in named]
         results = read_all(
@@ -411,6 +420,7 @@ def _read_series(
     """Read all maps of a bag, and print a line for each; those that can be read."""
     if len(maps) > 1:
         raise OptionError(f"--message all is for one bag and {len(maps)} files are given, read each bag on its own")
+    refuse_batch(out, maps[0])
     results = read_series(maps[0], out=out, walls=walls, graph=graph, **options)
     done = [(each, _print_one_of_several(each, quiet=quiet)) for each in results]
     readings = [each for each, _ in done if isinstance(each, Reading)]

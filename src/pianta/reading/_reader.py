@@ -102,6 +102,10 @@ class Reader:
         corrected = None if isinstance(floors[0], Floor | None) else open_corrected(floors[0])
         return cls(options, labelling, previous, tuple(floor for floor in earlier if floor), corrected)
 
+    def keep(self, folder: Path) -> Reader:
+        """The same reader, for a file of which a folder has an older reading: ids and corrections are kept."""
+        return replace(self, previous=read_previous(folder), corrected=open_corrected(folder))
+
     def read(self, path: str | Path) -> Reading:
         """The building of a file.
 

@@ -443,6 +443,12 @@ def check_corrections(folder: str | Path, previous: object = None) -> None:
         )
 
 
+def has_corrections(folder: Path) -> bool:
+    """Whether a folder has a floor that people have corrected."""
+    file = folder / FILE_NAME
+    return file.exists() and bool(read_corrections(file))
+
+
 def _check_corrections_stayed(folder: Path, previous: tuple[Correction, ...]) -> None:
     """Raise OptionError if another program has changed the corrections of a folder since they were read."""
     file = folder / FILE_NAME
