@@ -171,7 +171,7 @@ def list_samples(floor: Floor, schemas: Schemas, *, graph: bool = False) -> list
         samples.append((Patch(facecolor="white", edgecolor=HATCH_COLOR, hatch="////", linewidth=0.6), "seen in part"))
     if any(room.flag == PREDICTED_FLAG for room in floor.rooms):
         unseen: dict[str, Any] = {"edgecolor": OUTLINE_COLOR, "linestyle": (0, (2, 1.5)), "linewidth": 0.9}
-        samples.append((Patch(facecolor="white", **unseen), "predicted room, not seen"))
+        samples.append((Patch(facecolor="white", **unseen), "unseen room, predicted"))
     samples += _list_passages(floor)
     if floor.furniture:
         samples.append((Patch(facecolor=(FURNITURE_COLOR, FURNITURE_OPACITY), linewidth=0), "furniture"))

@@ -17,8 +17,8 @@ FARTHEST = 40.0  # m; larger distances count as this. Chosen by hand.
 MOSTLY = 0.5  # a cell is known if a smaller share of it is unknown
 # The intercept; the weights of the log-odds of both blurred shares; those of the logarithms of one plus the distances,
 # m, to the known part and to the nearest opening. Fitted to 32 schools by benchmarks/measure_predicted_grids.py.
-INTERCEPT = 0.81
-WEIGHTS = (2.81, -2.54, 1.38, -1.59)
+INTERCEPT = 0.774
+WEIGHTS = (1.433, -0.991, 1.506, -1.639)
 
 
 def describe_cells(shares: Floats, unknown: Floats, openings: Mask, *, cell: float) -> Floats:
