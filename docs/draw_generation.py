@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 
 import networkx as nx
 import numpy as np
@@ -11,20 +11,30 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from PIL import Image
 
+from pianta.batch.world_folders import FURNITURE, NOISE
 from pianta.errors import DataError
+from pianta.floor import Floor
 from pianta.generation.buildings import BuildingSampler, generate_buildings
 from pianta.generation.drawing.draw import draw_plan
 from pianta.generation.train import train_type
 from pianta.generation.type_model import TypeFloor, TypeModel
 from pianta.io.buildings.read import list_buildings, read_building
 from pianta.labels import SCHOOL
-from pianta.plot.figure import save_figure
+from pianta.navigation.robot import ROBOT_RADIUS
+from pianta.plot.figure import new_figure, save_figure
+from pianta.plot.floor import plot_floor
 from pianta.plot.graphs import draw_contact_sheet, place_nodes
+from pianta.plot.grid import plot_grid
 from pianta.plot.plan_sheet import draw_plan_sheet
+from pianta.worlds.furnish import furnish_for_robot
+from pianta.worlds.scan import simulate_map
 from pianta_bench.data.folders import find_data
 
 FLOORS, SEED, COUNT = 16, 6, 18
 PLANS = 6  # of the generated buildings, drawn as floors
+WORLDS = 3  # of these, the smallest ones, furnished and scanned
+WORLD_WIDTH = 5.0  # inches
+WORLD_GRID = {"left": 0.01, "right": 0.99, "bottom": 0.01, "top": 0.99, "wspace": 0.02, "hspace": 0.02}
 # Colours of the picture; with so few its file has a fifth of the size.
 PALETTE = 128
 # A wing of a synthetic school: the label of its corridor, and label -> fewest and most rooms behind it.
@@ -54,6 +64,24 @@ def main() -> None:
     floors = [draw_plan(building, model, seed=number).floor for number, building in enumerate(buildings[:PLANS])]
     titles = [f"{len(floor)} rooms" for floor in floors]
     save_small(draw_plan_sheet(floors, titles, schema=SCHOOL), "drawn_plans")
+    smallest = sorted(floors, key=len)[:WORLDS]
+    save_small(draw_worlds(smallest), "drawn_worlds")
+
+
+def draw_worlds(floors: Sequence[Floor]) -> Figure:
+    """Furnished floors, and below each the map that a robot would make of it."""
+    figure = new_figure(WORLD_WIDTH * len(floors), 2 * WORLD_WIDTH)
+    axes = figure.subplots(2, len(floors), squeeze=False, gridspec_kw=WORLD_GRID)
+    for seed, (floor, (above, below)) in enumerate(zip(floors, axes.T, strict=True)):
+        furnished = furnish_for_robot(floor, furniture=FURNITURE, radius=ROBOT_RADIUS, seed=seed)
+        scan = simulate_map(furnished, noise=NOISE, seed=seed)
+        plot_floor(furnished, ax=above)
+        plot_grid(scan, ax=below)
+        below.set(xlim=above.get_xlim(), ylim=above.get_ylim())
+        for ax in (above, below):
+            ax.set_axis_off()
+            ax.set_aspect("equal")
+    return figure
 
 
 def save_small(figure: Figure, name: str) -> None:
@@ -93,7 +121,7 @@ def draw_steps(model: TypeModel) -> None:
     sizes = [len(model.areas[area]) for area in chosen[0]]
     figure = Figure(figsize=(16, 4.4), layout="constrained")
     axes = figure.subplots(1, 4)
-    plot_floor(model.floors[largest(model)], ax=axes[0])
+    plot_type_floor(model.floors[largest(model)], ax=axes[0])
     plot_clusters(model, ax=axes[1])
     plot_functional_graph(functional, clusters, ax=axes[2])
     areas = np.repeat(np.arange(len(sizes)), sizes).tolist()
@@ -114,7 +142,7 @@ def find_doors(building: nx.Graph, areas: list[int]) -> list[tuple[int, int]]:
     return [(one, other) for one, other in building.edges if areas[one] != areas[other]]
 
 
-def plot_floor(floor: TypeFloor, *, ax: Axes) -> None:
+def plot_type_floor(floor: TypeFloor, *, ax: Axes) -> None:
     """Plot a floor of the model, its rooms in the colours of their areas' clusters, its cuts red."""
     clusters = {room: cluster for area, cluster in zip(floor.areas, floor.clusters, strict=True) for room in area}
     cuts = [cut for cuts in floor.cuts.values() for cut in cuts]
