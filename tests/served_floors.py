@@ -15,13 +15,13 @@ from shapely import LineString, box
 from shapely.affinity import translate
 
 from pianta.floor import Door, Floor, Room
+from pianta.generation.world import make_world
 from pianta.gridmap import FREE, OCCUPIED, UNKNOWN, GridMap
 from pianta.io.floors import save_floor
 from pianta.labels import ALL_SCHEMAS
 from pianta.reading.reading import write_floor
 from pianta.view.folders import find_folders
 from pianta.view.server import listen, make_app, make_server
-from pianta.worlds.make import make_world
 
 TOKEN = "secret"  # noqa: S105 - of tests
 # Two rooms of 4 m x 3 m with a wall of 0.2 m between them, north of a corridor; the second has an entrance.

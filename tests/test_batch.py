@@ -98,7 +98,7 @@ class TestInputs:
         (maps / "a" / name).write_text("")
         (maps / "a" / "inner").mkdir()
         make_map().save(maps / "a" / "inner" / "x.npz")
-        # A map of ROS beside its results is none of them
+        # A map of ROS beside its results does not belong to them
         assert [path.name for path in list_inputs([maps])] == ["broken.npz", "a.yaml", "x.npz", "b.yaml", "c.yaml"]
         assert [path.name for path in list_inputs([f"{maps}/**/*.png"])] == ["b.png", "c.png"]
 

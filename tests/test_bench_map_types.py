@@ -12,7 +12,7 @@ from shapely import box
 from pianta.building_types.map_types import OTHER, MapTypeModel, MapTypePrediction, train_map_types
 from pianta.errors import DataError, OptionError
 from pianta.floor import Floor, Room
-from pianta.worlds.make import make_world
+from pianta.generation.world import make_world
 from pianta_bench.data.typed_maps import TypedMap, list_typed_maps
 from pianta_bench.harness.records import Results
 from pianta_bench.types import maps as type_maps

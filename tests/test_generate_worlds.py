@@ -3,6 +3,7 @@
 import shutil
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import networkx as nx
 import numpy as np
@@ -36,7 +37,7 @@ def model() -> TypeModel:
 
 
 @pytest.fixture(scope="module")
-def model_file(model, tmp_path_factory) -> Path:
+def model_file(model: TypeModel, tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("model") / "school.json"
     save_type_model(model, path)
     return path
@@ -47,7 +48,7 @@ def generate(model_file: Path, out: Path, *options: object) -> Outcome:
 
 
 @pytest.fixture(scope="module")
-def worlds(model_file, tmp_path_factory) -> Path:
+def worlds(model_file: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The folder of two schools with their worlds and scans."""
     out = tmp_path_factory.mktemp("worlds") / "out"
     outcome = generate(model_file, out, "--scan")
@@ -172,7 +173,7 @@ def test_worlds_of_parts_are_those_of_one_run(worlds, model_file, tmp_path):
 
 @pytest.mark.slow
 def test_options_of_worlds_are_options_of_a_batch(model, tmp_path):
-    def is_new(**options: object) -> bool:
+    def is_new(**options: Any) -> bool:
         (part,) = pianta.generate_batch(model, 1, out=tmp_path / "out", **options)
         assert part.fault is None
         return part.is_new
