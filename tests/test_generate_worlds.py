@@ -278,11 +278,12 @@ def test_a_type_without_its_model_and_a_file_that_is_none_are_one_line(worlds, t
 
 
 def test_a_model_without_areas_and_other_objects_are_refused(model):
+    not_a_model: Any = "school.json"
     bare = learn_type(make_schools(), SCHOOL)
     with pytest.raises(ModelError, match="the model has no areas of rooms"):
         pianta.make_world("school", model=replace(bare, sweeps=5))
     with pytest.raises(OptionError, match="model= is a str, give a model of train_type or load_model"):
-        pianta.make_world("school", model="school.json")
+        pianta.make_world("school", model=not_a_model)
     with pytest.raises(OptionError, match="seed is -1"):
         pianta.make_world("school", model=model, seed=-1)
 
