@@ -21,7 +21,7 @@ from pianta.gridmap import GridMap
 from pianta.io.floors import read_floor, save_floor
 from pianta.io.graphs import save_graph
 from pianta.prediction.continuation.continuations import choose_typical
-from pianta.prediction.continuation.drawn_floor import _locate_passage
+from pianta.prediction.continuation.drawn_floor import _locate_passage, round_outline
 from pianta.prediction.continuation.free_probability import LEAST_SHARE, describe_cells, find_free_probability
 from pianta.prediction.continuation.ground import find_threshold, make_frame
 from pianta.prediction.continuation.known_part import locate_known_part
@@ -363,6 +363,14 @@ class TestMoveToMap:
 
 
 PLAN_FILES = {"plan-1.geojson", "plan-2.geojson", "plan-3.geojson", "plans.png", "shares.npz"}
+
+
+def test_an_outline_in_millimetres_has_no_neck_that_would_close():
+    """Two boxes of 4 m² and 6 m², joined by a neck of 0.4 mm."""
+    shape = shapely.union_all([box(0, 0, 2, 2), box(1, 1, 4, 1.0004), box(3, 0, 6, 2)])
+    outline = round_outline(shape)
+    assert outline.is_valid
+    assert outline.equals(box(3, 0, 6, 2))
 
 
 class TestCommand:

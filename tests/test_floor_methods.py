@@ -102,6 +102,14 @@ class TestFloorPictures:
         assert left < 0
         assert right > 8
 
+    def test_a_map_is_shown_completely_where_it_lies(self):
+        from matplotlib.figure import Figure
+
+        # 2 × 1 m, turned by a quarter about its corner at (10, 20)
+        grid = pianta.GridMap(np.zeros((10, 20), np.int8), 0.1, (10, 20, np.pi / 2))
+        ax = grid.plot(ax=Figure().subplots())
+        assert (*ax.get_xlim(), *ax.get_ylim()) == pytest.approx((9, 10, 20, 22))
+
     def test_a_given_ax_gets_equal_scales(self):
         from matplotlib.figure import Figure
 

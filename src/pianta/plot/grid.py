@@ -54,6 +54,10 @@ def plot_grid(grid: GridMap, *, ax: Axes | None = None) -> Axes:
     """
     ax = new_ax(ax)
     add_image(Image.fromarray(shade_cells(grid.cells)), "RGB", grid, ax, level=0)
+    # An image that is moved or turned into the map frame does not set the limits itself
+    height, width = grid.shape
+    x, y = grid.pixel_to_map([0, 0, height, height], [0, width, 0, width])
+    ax.set(xlim=(x.min(), x.max()), ylim=(y.min(), y.max()), aspect="equal")
     return ax
 
 

@@ -27,6 +27,7 @@ ToMap: TypeAlias = Callable[[BaseGeometry], BaseGeometry]
 
 PASSAGE = 0.9  # m, width of a predicted door, in the middle of the wall that its rooms share
 LEAST_AREA = 0.5  # m²; of a room of which less is left beside the known rooms nothing is drawn
+MILLIMETRE = 0.001  # m
 REACH = 1.6  # m, from a known door to the room behind it at most: a wall, and the reach of thresholds
 
 
@@ -95,9 +96,8 @@ def draw_floor(sample: SampleRooms, known_part: KnownPart, frame: GridMap) -> Fl
         shape = shape.difference(shapely.union_all([other.buffer(gap) for other in others]))
         if node in sample.partial:
             rooms[ids[node]] = _extend(rooms[ids[node]], shape)
-        elif (outline := largest_part(shape)).area >= LEAST_AREA:
-            label = sample.graph.nodes[node]["label"]
-            rooms[ids[node]] = Room(ids[node], round_to_mm(outline), label, flag=PREDICTED_FLAG)
+        elif (outline := round_outline(shape)).area >= LEAST_AREA:
+            rooms[ids[node]] = Room(ids[node], outline, sample.graph.nodes[node]["label"], flag=PREDICTED_FLAG)
     doors = [door for door in _list_doors(sample, known_part, ids, to_map) if _is_between(door, rooms)]
     axes = find_wall_axes(space for node, space in spaces.items() if node not in sample.partial)
     return replace(
@@ -107,6 +107,11 @@ def draw_floor(sample: SampleRooms, known_part: KnownPart, frame: GridMap) -> Fl
         walls=(*known_part.floor.walls, *(to_map(axis) for axis in axes)),
         last_id=max(known_part.floor.last_id, *rooms),
     )
+
+
+def round_outline(shape: BaseGeometry) -> Polygon:
+    """The largest part of a shape in millimetres, in which narrower necks are gone."""
+    return round_to_mm(largest_part(shapely.set_precision(shape, MILLIMETRE)))
 
 
 def _extend(room: Room, shape: BaseGeometry) -> Room:
