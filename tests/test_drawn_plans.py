@@ -13,6 +13,17 @@ import pianta
 from pianta.errors import GraphError, LabelError, ModelError, OptionError
 from pianta.generation.drawing.arms import find_arm
 from pianta.generation.drawing.blocks import Block, Rectangle, measure_contacts, paint_cells
+from pianta.generation.drawing.choices import Choices, sample_choices
+from pianta.generation.drawing.layouts import find_layouts
+from pianta.generation.drawing.losses import (
+    count_inner_corners,
+    count_narrow_rooms,
+    find_missing_doors,
+    measure_arms,
+    measure_gaps,
+    measure_shape,
+    measure_width,
+)
 from pianta.generation.drawing.room_blocks import draw_notched, draw_room, draw_suite, stack_blocks
 from pianta.generation.drawing.room_sizes import sample_areas
 from pianta.generation.type_model import TypeModel, learn_type
@@ -135,6 +146,83 @@ class TestArms:
         cells[:, 5:7] = 2
         assert find_arm(cells, 0, 1, 2) is None
         assert find_arm(self.CELLS, 0, 1, 4) is None
+
+
+class TestChoices:
+    RING = nx.cycle_graph(4)
+
+    def test_the_tree_leaves_out_the_edge_with_the_highest_weight(self):
+        choices = Choices(0, False, {(0, 1): 0.1, (0, 3): 0.2, (1, 2): 0.9, (2, 3): 0.3}, {})
+        assert sorted(choices.find_tree(self.RING, frozenset()).edges) == [(0, 1), (0, 3), (2, 3)]
+
+    def test_corridors_lead_to_corridors_and_rooms_to_nothing(self):
+        """Rooms 2 and 3 keep their edges to corridors 0 and 1, whatever the weights."""
+        choices = Choices(0, False, {(0, 1): 1.0, (0, 3): 1.0, (1, 2): 1.0, (2, 3): 0.0}, {})
+        assert sorted(choices.find_tree(self.RING, frozenset({0, 1})).edges) == [(0, 1), (0, 3), (1, 2)]
+
+    def test_a_change_changes_one_thing(self, rng):
+        choices = sample_choices(self.RING, 0, alleys=False, rng=rng)
+        for _ in range(50):
+            changed = choices.change([0, 1], [(0, 1)], [2], rng)
+            same_tree, same_rooms = changed.weights == choices.weights, changed.seeds == choices.seeds
+            same_root = (changed.root, changed.alleys) == (choices.root, choices.alleys)
+            assert same_tree + same_rooms + same_root >= 2
+            assert all(changed.seeds[room] == choices.seeds[room] for room in (0, 1, 3))
+
+    def test_random_numbers_of_a_room_are_the_same_again(self, rng):
+        choices = sample_choices(self.RING, 0, alleys=False, rng=rng)
+        assert choices.make_rng(1).random() == choices.make_rng(1).random()
+        assert choices.make_rng(1).random() != choices.make_rng(2).random()
+
+
+class TestLosses:
+    def test_missing_doors_have_less_than_three_cells_of_wall(self):
+        cells = np.array([[0, 0, 0, 2, 2], [1, 1, 1, 1, 1]], np.int32)
+        assert find_missing_doors(cells, nx.Graph([(0, 1), (1, 2), (2, 0)])) == ((0, 2), (1, 2))
+
+    def test_the_shape_is_the_bounding_box_over_the_area_and_its_elongation(self):
+        block = Block((Rectangle(0, 0, 0, 4, 2), Rectangle(1, 0, 2, 2, 4)), 0, 4)
+        assert measure_shape(block) == pytest.approx(16 / 12 + 0.3)
+
+    def test_gaps_lose_by_their_way(self):
+        """Arms of 5 cells for each cell of the way, 6 times over the area; three times for two rooms; no way is 150."""
+        cells = np.full((24, 40), -1, np.int32)
+        cells[8:16, 8:16], cells[8:16, 24:32] = 0, 1
+        free = measure_gaps(cells, [(0, 1)], frozenset({0}))
+        assert 0.3 + 6 * 5 * 2 / 128 < free < 0.3 + 6 * 5 * 12 / 128
+        assert measure_gaps(cells, [(0, 1)], frozenset()) == pytest.approx(0.3 + 3 * (free - 0.3))
+        cells[4:8, 8:16], cells[16:20, 8:16], cells[4:20, 4:8], cells[4:20, 16:20] = 2, 2, 2, 2
+        assert measure_gaps(cells, [(0, 1)], frozenset({0})) == pytest.approx(0.3 + 6 * 5 * 150 / (cells >= 0).sum())
+
+    def test_inner_corners(self):
+        bend = np.array([[0, 0, -1], [-1, 0, 1], [-1, 0, 1]], np.int32)
+        assert count_inner_corners(bend) == 1
+        cross = np.array([[1, 0, 2], [0, 0, 0], [-1, 0, 3]], np.int32)
+        assert count_inner_corners(cross) == 4
+
+    @pytest.mark.parametrize(("width", "narrow"), [(10, 0), (6, 1)])
+    def test_a_long_arm_that_is_narrower_is_a_narrow_part(self, width, narrow):
+        """A square of 10 cells, and an arm of 12."""
+        cells = np.full((12, 24), -1, np.int32)
+        cells[1:11, 1:11] = 0
+        cells[1 : 1 + width, 11:23] = 0
+        assert measure_width(cells == 0) == 10
+        assert count_narrow_rooms(cells) == narrow
+        corner = 0.05 * (width < 10)
+        assert measure_arms(cells, 2, 10) == pytest.approx(0.6 + 60 / (cells == 0).sum() + 0.5 * narrow + corner)
+
+
+class TestLayouts:
+    def test_changes_make_a_layout_better(self, rng):
+        """A ring of corridors with rooms: the best layout is no worse than the best one at random."""
+        ring = join_wings(("CCC",) * 4, ((0, 1), (1, 2), (2, 3), (0, 3)), source="")
+        corridors = frozenset(node for node, label in ring.nodes(data="label") if label == "CORRIDOR")
+        layouts = find_layouts(ring, corridors, dict.fromkeys(ring, 30.0), rng)
+        losses = [layout.loss for layout in layouts]
+        assert losses == sorted(losses)
+        assert all(layout.block.rooms == set(ring) for layout in layouts)
+        at_random = [layout for layout in layouts if layout.choices.seeds != layouts[0].choices.seeds]
+        assert layouts[0].loss < min(layout.loss for layout in at_random[2:])
 
 
 class TestDrawPlan:

@@ -13,25 +13,20 @@ from pianta._arguments import check_argument
 from pianta.errors import BuildingWarning, OptionError
 from pianta.floor import Floor
 from pianta.generation.drawing.arms import find_arm
-from pianta.generation.drawing.blocks import CELL, DOOR_CELLS, NO_ROOM, Cells, measure_contacts, paint_cells
+from pianta.generation.drawing.blocks import DOOR_CELLS, NARROWEST, Cells, measure_contacts, paint_cells
+from pianta.generation.drawing.choices import Edge
+from pianta.generation.drawing.layouts import MARGIN_CELLS, Layout, find_layouts
+from pianta.generation.drawing.losses import ROOM_FACTOR, find_missing_doors, measure_arms, measure_shape, measure_width
 from pianta.generation.drawing.room_sizes import sample_areas
-from pianta.generation.drawing.strips import TreeLayout
 from pianta.generation.drawing.walls import build_plan
 from pianta.generation.type_model import TypeModel, prepare_room_graph
 from pianta.graphs.metrics import find_corridors
 
 # All chosen by hand, on generated schools.
-TREES = 36  # spanning trees that are drawn
-FINISHED = 4  # of them, the best ones, that get arms; more, up to MOST_FINISHED, while doors are missing
+FINISHED = 8  # layouts, the best ones, that get arms; more, up to MOST_FINISHED, while doors are missing
 MOST_FINISHED = 16
 REPEATS = 1  # of arms, in another order, while doors are missing
-MARGIN_CELLS = 10  # around the tree, for arms
-ARM_WIDTHS = (5, 4, 3)  # cells, of arms of corridors; the last one also of rooms
-# What a candidate loses, besides its bounding box over its area:
-LOSS_BY_LENGTH = 0.3  # for each time that it is as long as wide
-LOSS_BY_DOOR = 0.15  # for a door that needs an arm
-LOSS_BY_ARM = 6.0  # for arms, over its area
-ROOM_FACTOR = 3  # arms of rooms count as often as those of corridors
+WIDEST_ARM = 7  # cells
 
 
 @dataclass(frozen=True)
@@ -56,7 +51,7 @@ class _Candidate:
 
     cells: Cells
     loss: float
-    missing: tuple[tuple[int, int], ...]
+    missing: tuple[Edge, ...]
 
 
 def draw_plan(graph: nx.Graph, model: TypeModel, *, seed: int = 0) -> DrawnPlan:
@@ -109,9 +104,9 @@ def draw_plan(graph: nx.Graph, model: TypeModel, *, seed: int = 0) -> DrawnPlan:
     # Each room gets the area of a room of the type
     areas = sample_areas(prepared, model, rng)
     # Spanning trees are drawn without overlaps: corridors as strips, their rooms on both sides
-    trees = _draw_trees(prepared, model, areas, rng)
-    # Doors outside the tree get arms through free space, in the most compact trees first
-    plan = _choose_plan(trees, prepared, model, rng)
+    layouts = find_layouts(prepared, find_corridors(prepared, model.schema), areas, rng)
+    # Doors outside the tree get arms through free space, in the best layouts first
+    plan = _choose_plan(layouts, prepared, model, rng)
     # Cells become rooms between walls, with a door for each edge
     doors = [edge for edge in prepared.edges if edge not in plan.missing]
     floor = build_plan(plan.cells, prepared, doors, rng, building_type=model.building_type)
@@ -125,46 +120,27 @@ def warn_of_missing_doors(plan: DrawnPlan, name: str) -> None:
         warnings.warn(BuildingWarning(f"{name}: no wall for doors {pairs}"), stacklevel=3)
 
 
-def _draw_trees(
-    graph: nx.Graph, model: TypeModel, areas: dict[int, float], rng: np.random.Generator
-) -> list[_Candidate]:
-    """Spanning trees as cells, the best first."""
-    corridors = find_corridors(graph, model.schema)
-    in_cells = {node: area / CELL**2 for node, area in areas.items()}
-    roots = [node for node in graph if node in corridors] or [*graph]
-    # Central rooms with many doors are good beginnings
-    closeness = nx.closeness_centrality(graph)
-    weights = np.array([closeness[node] ** 4 * (1 + graph.degree[node]) for node in roots])
-    candidates = []
-    for number, root in enumerate(rng.choice(roots, size=TREES, p=weights / weights.sum()).tolist()):
-        layout = TreeLayout(graph, in_cells, corridors, rng, root, alleys=number % 3 == 1)
-        cells = paint_cells(layout.draw(), MARGIN_CELLS)
-        missing = _find_missing(cells, graph)
-        candidates.append(_Candidate(cells, _measure_shape(cells) + LOSS_BY_DOOR * len(missing), missing))
-    return sorted(candidates, key=lambda candidate: candidate.loss)
-
-
-def _choose_plan(trees: list[_Candidate], graph: nx.Graph, model: TypeModel, rng: np.random.Generator) -> _Candidate:
-    """The best candidate, by missing doors and then by loss, after arms were added to the best trees."""
+def _choose_plan(layouts: list[Layout], graph: nx.Graph, model: TypeModel, rng: np.random.Generator) -> _Candidate:
+    """The best candidate, by missing doors and then by loss, after arms were added to the best layouts."""
     corridors = find_corridors(graph, model.schema)
     best: _Candidate | None = None
-    for number, tree in enumerate(trees[:MOST_FINISHED]):
+    for number, layout in enumerate(layouts[:MOST_FINISHED]):
         if best is not None and not best.missing and number >= FINISHED:
             break
-        finished = _finish(tree, corridors, graph, rng)
+        finished = _finish(layout, corridors, graph, rng)
         best = finished if best is None else min(best, finished, key=_rank)
     if best is None:
-        raise AssertionError("no tree was drawn")
+        raise AssertionError("no layout was drawn")
     return best
 
 
-def _finish(tree: _Candidate, corridors: frozenset[object], graph: nx.Graph, rng: np.random.Generator) -> _Candidate:
+def _finish(layout: Layout, corridors: frozenset[object], graph: nx.Graph, rng: np.random.Generator) -> _Candidate:
     """A candidate with arms for the doors that miss a wall; those that find no way are the first of another try."""
-    finished = _add_arms(tree, corridors, graph, rng, first=())
+    finished = _add_arms(layout, corridors, graph, rng, first=())
     for _ in range(REPEATS):
         if not finished.missing:
             break
-        again = _add_arms(tree, corridors, graph, rng, first=finished.missing)
+        again = _add_arms(layout, corridors, graph, rng, first=finished.missing)
         finished = min(finished, again, key=_rank)
     return finished
 
@@ -174,44 +150,36 @@ def _rank(candidate: _Candidate) -> tuple[int, float]:
 
 
 def _add_arms(
-    tree: _Candidate,
+    layout: Layout,
     corridors: frozenset[object],
     graph: nx.Graph,
     rng: np.random.Generator,
     *,
-    first: tuple[tuple[int, int], ...],
+    first: tuple[Edge, ...],
 ) -> _Candidate:
     """A candidate with arms; corridors reach for rooms, if one of both is a corridor. first: doors to begin with."""
-    cells, used = tree.cells.copy(), 0
-    order = [tree.missing[index] for index in rng.permutation(len(tree.missing))]
+    cells, arms, used = paint_cells(layout.block, MARGIN_CELLS), 0, 0
+    order = [layout.missing[index] for index in rng.permutation(len(layout.missing))]
     for one, other in sorted(order, key=lambda edge: (edge not in first, -sum(node in corridors for node in edge))):
         if measure_contacts(cells).get((min(one, other), max(one, other)), 0) >= DOOR_CELLS:
             continue
         pair = (other, one) if other in corridors and one not in corridors else (one, other)
-        for room, goal, width in _list_arms(*pair):
+        for room, goal, width in _list_arms(cells, *pair):
             arm = find_arm(cells, room, goal, width)
             if arm is not None:
                 cells[arm] = room
+                arms += 1
                 used += int(arm.sum()) * (1 if room in corridors else ROOM_FACTOR)
                 break
-    missing = _find_missing(cells, graph)
-    loss = _measure_shape(tree.cells) + LOSS_BY_ARM * used / int((cells != NO_ROOM).sum())
-    return _Candidate(cells, loss, missing)
+    missing = find_missing_doors(cells, graph)
+    return _Candidate(cells, measure_shape(layout.block) + measure_arms(cells, arms, used), missing)
 
 
-def _list_arms(first: int, second: int) -> Iterator[tuple[int, int, int]]:
-    """Which room reaches for which, with arms of which width, in the order in which they are tried."""
-    yield from ((first, second, width) for width in ARM_WIDTHS)
-    yield second, first, ARM_WIDTHS[-1]
+def _list_arms(cells: Cells, first: int, second: int) -> Iterator[tuple[int, int, int]]:
+    """Which room reaches for which, with arms of which width, in the order in which they are tried.
 
-
-def _find_missing(cells: Cells, graph: nx.Graph) -> tuple[tuple[int, int], ...]:
-    contacts = measure_contacts(cells)
-    return tuple(edge for edge in graph.edges if contacts.get((min(edge), max(edge)), 0) < DOOR_CELLS)
-
-
-def _measure_shape(cells: Cells) -> float:
-    """The bounding box of a candidate over its area, and how elongated it is."""
-    rows, columns = np.nonzero(cells != NO_ROOM)
-    height, width = int(np.ptp(rows)) + 1, int(np.ptp(columns)) + 1
-    return height * width / len(rows) + LOSS_BY_LENGTH * max(height, width) / min(height, width)
+    Arms as wide as a corridor first: where its width changes, it looks like two rooms.
+    """
+    widest = min(max(measure_width(cells == first), NARROWEST), WIDEST_ARM)
+    yield from ((first, second, width) for width in range(widest, NARROWEST - 1, -1))
+    yield second, first, NARROWEST

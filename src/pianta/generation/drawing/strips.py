@@ -11,6 +11,7 @@ import networkx as nx
 import numpy as np
 
 from pianta.generation.drawing.blocks import DOOR_CELLS, Block, Rectangle, make_block, round_randomly
+from pianta.generation.drawing.choices import Choices
 from pianta.generation.drawing.room_blocks import (
     Areas,
     draw_notched,
@@ -20,10 +21,6 @@ from pianta.generation.drawing.room_blocks import (
     stack_blocks,
 )
 
-# Edges of a spanning tree: corridors lead to corridors and rooms, so that rooms are ends. What is random chooses
-# between edges that would do.
-EDGE_WEIGHTS = (3.0, 2.0, 1.0)  # by the number of corridors at the edge
-RANDOM_WEIGHT = 0.9
 # All lengths in cells of 0.5 m, chosen by hand after the schools of the data.
 DEPTHS = (9, 18)  # shallowest and deepest row of rooms
 CORRIDOR_WIDTHS = (3, 9)  # narrowest and widest corridor
@@ -40,34 +37,27 @@ WING_RATIO = 1.6  # a block that is higher than this times the depth of the row 
 
 @dataclass(eq=False)
 class TreeLayout:
-    """Draws one of the spanning trees of a graph, at random.
+    """Draws a spanning tree of a graph.
 
-    graph: connected; nodes are integers. areas: of each room, in cells. corridors: nodes. rng: chooses. root: the
-    corridor at which it begins. alleys: whether there is space for corridors beside blocks.
+    graph: connected; nodes are integers. areas: of each room, in cells. corridors: nodes. choices: of the tree, and of
+    what is random at each room.
     """
 
     graph: nx.Graph
     areas: Areas
     corridors: frozenset[Any]
-    rng: np.random.Generator
-    root: int
-    alleys: bool
+    choices: Choices
     tree: nx.Graph = field(init=False)
     joined: set[int] = field(init=False)
 
     def __post_init__(self) -> None:
-        weighted = nx.Graph()
-        weighted.add_nodes_from(self.graph)
-        for one, other in self.graph.edges:
-            base = EDGE_WEIGHTS[(one in self.corridors) + (other in self.corridors)]
-            weighted.add_edge(one, other, weight=base + RANDOM_WEIGHT * self.rng.random())
-        self.tree = nx.minimum_spanning_tree(weighted)
+        self.tree = self.choices.find_tree(self.graph, self.corridors)
         # Rooms with edges outside the tree
         self.joined = {node for edge in self.graph.edges if not self.tree.has_edge(*edge) for node in edge}
 
     def draw(self) -> Block:
         """The block of all rooms."""
-        return self._draw_strip(self.root, None, ends=2)
+        return self._draw_strip(self.choices.root, None, ends=2)
 
     def _list_children(self, room: int, parent: int | None) -> list[int]:
         return [each for each in self.tree[room] if each != parent]
@@ -76,32 +66,32 @@ class TreeLayout:
         return len(self.tree[room]) == 1
 
     def _draw_block(self, room: int, parent: int, depth: int) -> Block:
-        children = self._list_children(room, parent)
+        children, rng = self._list_children(room, parent), self.choices.make_rng(room)
         if not children:
-            return draw_room(room, self.areas[room], depth, self.rng)
+            return draw_room(room, self.areas[room], depth, rng)
         if room not in self.corridors:
             if len(children) <= MAX_INNER and all(map(self._is_leaf, children)):
-                self.rng.shuffle(children)
-                return draw_suite(room, children, self.areas, depth, self.rng)
+                rng.shuffle(children)
+                return draw_suite(room, children, self.areas, depth, rng)
             if len(children) <= MAX_BEHIND:
-                self.rng.shuffle(children)
+                rng.shuffle(children)
                 behind = [self._draw_block(child, room, depth) for child in children]
-                return stack_blocks(draw_room(room, self.areas[room], depth, self.rng), behind)
+                return stack_blocks(draw_room(room, self.areas[room], depth, rng), behind)
         return self._draw_strip(room, parent, ends=1)
 
     def _draw_strip(self, room: int, parent: int | None, *, ends: int) -> Block:
         """A corridor along y, with blocks on both sides and at its ends."""
-        children = self._list_children(room, parent)
-        depth = self._choose_depth(children)
+        children, rng = self._list_children(room, parent), self.choices.make_rng(room)
+        depth = self._choose_depth(children, rng)
         corridors = [each for each in children if each in self.corridors and not self._is_leaf(each)]
-        self.rng.shuffle(corridors)
-        at_ends = corridors[: int(self.rng.integers(0, ends + 1)) if len(children) > MAX_BEHIND else ends]
-        groups = self._group_blocks(room, [each for each in children if each not in at_ends], depth)
-        sides = [self._make_row(groups_of_side, depth) for groups_of_side in self._balance(groups)]
-        width, length = self._choose_size(room, max(end for _, end in sides))
+        rng.shuffle(corridors)
+        at_ends = corridors[: int(rng.integers(0, ends + 1)) if len(children) > MAX_BEHIND else ends]
+        groups = self._group_blocks(room, [each for each in children if each not in at_ends], depth, rng)
+        sides = [self._make_row(groups_of_side, depth, rng) for groups_of_side in self._balance(groups, rng)]
+        width, length = self._choose_size(room, max(end for _, end in sides), rng)
         rectangles = [Rectangle(room, 0, 0, width, length)]
         for (row, end), is_left in zip(sides, (True, False), strict=True):
-            first = int(self.rng.choice((0, length - end)))
+            first = int(rng.choice((0, length - end)))
             for block, y in row:
                 for r in block.moved(first + y, 0):
                     corners = (-r.y1, r.x0, -r.y0, r.x1) if is_left else (width + r.y0, r.x0, width + r.y1, r.x1)
@@ -115,27 +105,29 @@ class TreeLayout:
                 rectangles.append(Rectangle(r.room, r.x0, rows[0], r.x1, rows[1]))
         return make_block(rectangles, 0, width)
 
-    def _choose_depth(self, children: Sequence[int]) -> int:
+    def _choose_depth(self, children: Sequence[int], rng: np.random.Generator) -> int:
         """The depth of the rows of rooms: somewhat more than their usual width."""
         leaves = [self.areas[each] for each in children if self._is_leaf(each)]
         side = sqrt(1.1 * float(np.median(leaves))) if leaves else sum(DEPTHS) / 2
-        return int(np.clip(round_randomly(side * self.rng.uniform(0.8, 1.2), self.rng), *DEPTHS))
+        return int(np.clip(round_randomly(side * rng.uniform(0.8, 1.2), rng), *DEPTHS))
 
-    def _choose_size(self, room: int, row: int) -> tuple[int, int]:
+    def _choose_size(self, room: int, row: int, rng: np.random.Generator) -> tuple[int, int]:
         """Width and length of a corridor of its area, which is as long as its longer row of rooms at least."""
         area, is_corridor = self.areas[room], room in self.corridors
         length = max(row, SHORTEST)
-        usual = self.rng.uniform(*USUAL_WIDTHS) if is_corridor else max(6.0, sqrt(area / 1.5))
-        length = max(length, min(round_randomly(area / usual, self.rng), int(1.5 * length) + 12))
+        usual = rng.uniform(*USUAL_WIDTHS) if is_corridor else max(6.0, sqrt(area / 1.5))
+        length = max(length, min(round_randomly(area / usual, rng), int(1.5 * length) + 12))
         if is_corridor and room in self.joined:
             length = max(length, row + ALLEY)
         widest = CORRIDOR_WIDTHS[1] if is_corridor else HALL_WIDTH
-        return int(np.clip(round_randomly(area / length, self.rng), CORRIDOR_WIDTHS[0], widest)), length
+        return int(np.clip(round_randomly(area / length, rng), CORRIDOR_WIDTHS[0], widest)), length
 
-    def _group_blocks(self, room: int, children: Sequence[int], depth: int) -> list[list[Block]]:
+    def _group_blocks(
+        self, room: int, children: Sequence[int], depth: int, rng: np.random.Generator
+    ) -> list[list[Block]]:
         """The blocks of the rooms at a corridor; those with a door between them side by side, as a group."""
-        groups = self._find_paths(children)
-        corners = self._choose_corners(groups, depth)
+        groups = self._find_paths(children, rng)
+        corners = self._choose_corners(groups, depth, rng)
         cut_out = {small for smalls in corners.values() for small in smalls}
         blocks = []
         for group in groups:
@@ -143,7 +135,7 @@ class TreeLayout:
                 continue
             blocks.append(
                 [
-                    draw_notched(each, corners[each], self.areas, depth, self.rng)
+                    draw_notched(each, corners[each], self.areas, depth, self.choices.make_rng(each))
                     if corners.get(each)
                     else self._draw_block(each, room, depth)
                     for each in group
@@ -151,7 +143,7 @@ class TreeLayout:
             )
         return blocks
 
-    def _find_paths(self, rooms: Sequence[int]) -> list[list[int]]:
+    def _find_paths(self, rooms: Sequence[int], rng: np.random.Generator) -> list[list[int]]:
         """The rooms in an order in which many with a door between them follow each other."""
         between = self.graph.subgraph(rooms)
         paths = []
@@ -161,7 +153,7 @@ class TreeLayout:
             while left:
                 following = [room for room in between[path[-1]] if room in left] if path else []
                 ranks = {
-                    room: (sum(each in left for each in between[room]), self.rng.random())
+                    room: (sum(each in left for each in between[room]), rng.random())
                     for room in sorted(following or left)
                 }
                 path.append(min(ranks, key=ranks.__getitem__))
@@ -169,7 +161,9 @@ class TreeLayout:
             paths.append(path)
         return paths
 
-    def _choose_corners(self, groups: Sequence[Sequence[int]], depth: int) -> dict[int, list[int]]:
+    def _choose_corners(
+        self, groups: Sequence[Sequence[int]], depth: int, rng: np.random.Generator
+    ) -> dict[int, list[int]]:
         """Which small rooms are cut out of which larger room beside them; none to which arms must lead."""
         leaves = {room for group in groups for room in group if self._is_leaf(room)}
         smalls = [
@@ -182,8 +176,8 @@ class TreeLayout:
             for room in sorted(leaves)
             if not is_small(self.areas[room], depth) and 7 * depth < self.areas[room] < 2 * depth**2
         ]
-        self.rng.shuffle(smalls)
-        self.rng.shuffle(hosts)
+        rng.shuffle(smalls)
+        rng.shuffle(hosts)
         corners: dict[int, list[int]] = {host: [] for host in hosts}
         for small in smalls:
             for host, others in corners.items():
@@ -193,29 +187,33 @@ class TreeLayout:
                     break
         return corners
 
-    def _balance(self, groups: list[list[Block]]) -> tuple[list[list[Block]], list[list[Block]]]:
+    def _balance(
+        self, groups: list[list[Block]], rng: np.random.Generator
+    ) -> tuple[list[list[Block]], list[list[Block]]]:
         """The groups on two sides of nearly the same length."""
         sides: tuple[list[list[Block]], list[list[Block]]] = ([], [])
         lengths = [0, 0]
-        order = self.rng.permutation(len(groups)).tolist()
+        order = rng.permutation(len(groups)).tolist()
         for index in sorted(order, key=lambda index: -sum(block.width for block in groups[index])):
             shorter = int(lengths[1] < lengths[0])
             sides[shorter].append(groups[index])
             lengths[shorter] += sum(block.width for block in groups[index])
         return sides
 
-    def _make_row(self, groups: list[list[Block]], depth: int) -> tuple[list[tuple[Block, int]], int]:
+    def _make_row(
+        self, groups: list[list[Block]], depth: int, rng: np.random.Generator
+    ) -> tuple[list[tuple[Block, int]], int]:
         """The blocks of a side with their positions, and where the row ends; wings are at one of its ends."""
-        order = self.rng.permutation(len(groups)).tolist()
+        order = rng.permutation(len(groups)).tolist()
         order.sort(key=lambda index: max(block.height for block in groups[index]) > WING_RATIO * depth)
-        if self.rng.random() < 1 / 2:
+        if rng.random() < 1 / 2:
             order.reverse()
         row, y = [], 0
         for index in order:
-            group = groups[index] if self.rng.random() < 1 / 2 else groups[index][::-1]
+            group = groups[index] if rng.random() < 1 / 2 else groups[index][::-1]
             for block in group:
                 rooms = block.rooms
-                gap = ALLEY if self.alleys and len(rooms) > 1 and not self.joined.isdisjoint(rooms) else 0
-                row.append((block if self.rng.random() < 1 / 2 else block.mirrored(), y + gap))
+                gap = ALLEY if self.choices.alleys and len(rooms) > 1 and not self.joined.isdisjoint(rooms) else 0
+                row.append((block if rng.random() < 1 / 2 else block.mirrored(), y + gap))
                 y += block.width + 2 * gap
         return row, y

@@ -1,0 +1,136 @@
+"""What makes one layout better than another: the less a layout loses, the better."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from math import ceil
+
+import cv2
+import networkx as nx
+import numpy as np
+from numpy.typing import NDArray
+
+from pianta.generation.drawing.blocks import DOOR_CELLS, NO_ROOM, Block, Cells, measure_contacts
+from pianta.generation.drawing.choices import Edge
+
+Mask = NDArray[np.bool_]
+Pixels = NDArray[np.uint8]  # 0 and 1
+
+# What a layout loses, besides its bounding box over its area. All chosen by hand, on generated schools.
+LOSS_BY_LENGTH = 0.3  # for each time that it is as long as wide
+LOSS_BY_DOOR = 0.3  # for a door that needs an arm
+GAP_WIDTH = 5  # cells of arm for each cell of the way between the rooms of such a door
+POOL = 2  # side of the blocks of cells of which ways consist, for speed
+MAX_WAY = 75  # blocks of a way, at most
+LOSS_BY_ARM = 6.0  # for arms, over its area
+ROOM_FACTOR = 3  # arms of rooms count as often as those of corridors
+LOSS_BY_CORNER = 0.05  # for a corner of a room that is no rectangle
+LOSS_BY_NECK = 0.5  # for a room that is narrow in a part of it
+NECK_SHARE = 0.8  # of the widest square in a room: what is narrower is such a part
+NECK_CELLS = 64  # least size of such a part
+CROSS = np.array([[0, 1, 0], [1, 1, 1], [0, 1, 0]], np.uint8)
+NEAR = np.ones((5, 5), np.uint8)
+
+
+def find_missing_doors(cells: Cells, graph: nx.Graph) -> tuple[Edge, ...]:
+    """The edges of a graph whose rooms share no wall that is long enough for a door."""
+    contacts = measure_contacts(cells)
+    return tuple(edge for edge in graph.edges if contacts.get((min(edge), max(edge)), 0) < DOOR_CELLS)
+
+
+def measure_shape(block: Block) -> float:
+    """The loss by the bounding box of a layout, over its area, and by how elongated it is."""
+    height, width = block.height - min(each.y0 for each in block.rectangles), block.width
+    return height * width / _measure_area(block) + LOSS_BY_LENGTH * max(height, width) / min(height, width)
+
+
+def measure_gaps(cells: Cells, missing: Iterable[Edge], corridors: frozenset[object]) -> float:
+    """The loss by arms that a layout will need, for each missing door by the way between its rooms.
+
+    cells: with a margin, through which ways lead around the layout.
+    """
+    area = int((cells != NO_ROOM).sum())
+    free = _pool(cells == NO_ROOM, np.min)
+    ways = np.asarray(cv2.erode(free, np.ones((2, 2), np.uint8), anchor=(0, 0), borderValue=0), np.uint8)
+    loss = 0.0
+    for one, other in missing:
+        starts, ends = (_dilate(_pool(cells == room, np.max), NEAR) & ways for room in (one, other))
+        factor = 1 if one in corridors or other in corridors else ROOM_FACTOR
+        loss += LOSS_BY_DOOR + LOSS_BY_ARM * factor * GAP_WIDTH * POOL * _measure_way(starts, ends, ways) / area
+    return loss
+
+
+def _dilate(pixels: Pixels, kernel: Pixels) -> Pixels:
+    return np.asarray(cv2.dilate(pixels, kernel), np.uint8)
+
+
+def _pool(mask: Mask, reduce: Callable[..., Mask]) -> Pixels:
+    """Blocks of cells, of which all or any are in a mask."""
+    rows, columns = (size // POOL for size in mask.shape)
+    blocks = mask[: POOL * rows, : POOL * columns].reshape(rows, POOL, columns, POOL)
+    return reduce(blocks, axis=(1, 3)).astype(np.uint8)
+
+
+def _measure_way(starts: Pixels, ends: Pixels, ways: Pixels) -> int:
+    """Blocks of cells of the shortest way from one of the starts to one of the ends, at most MAX_WAY."""
+    reached, count = starts, 0
+    for length in range(MAX_WAY):
+        if (reached & ends).any():
+            return length + 1
+        reached = _dilate(reached, CROSS) & ways
+        # Nothing new is reached
+        if count == (count := np.count_nonzero(reached)):
+            break
+    return MAX_WAY
+
+
+def measure_arms(cells: Cells, arms: int, used: int) -> float:
+    """The loss by arms, of a number of cells together, and by corners and narrow parts of rooms."""
+    by_length = LOSS_BY_ARM * used / int((cells != NO_ROOM).sum())
+    by_shape = LOSS_BY_CORNER * count_inner_corners(cells) + LOSS_BY_NECK * count_narrow_rooms(cells)
+    return LOSS_BY_DOOR * arms + by_length + by_shape
+
+
+def count_inner_corners(cells: Cells) -> int:
+    """The corners of all rooms with 270° inside: a rectangle has none, a bend one, a crossing four."""
+    squares = np.stack([cells[:-1, :-1], cells[:-1, 1:], cells[1:, 1:], cells[1:, :-1]])
+    count = 0
+    for turn in range(4):
+        first, second, third, other = np.roll(squares, turn, axis=0)
+        count += int(((first == second) & (second == third) & (first != other) & (first != NO_ROOM)).sum())
+    return count
+
+
+def count_narrow_rooms(cells: Cells) -> int:
+    """The rooms with a part that is narrower than the rest: whoever sees them would take it for another room."""
+    return sum(_has_narrow_part(cells == room) for room in np.unique(cells[cells != NO_ROOM]))
+
+
+def measure_width(room: Mask) -> int:
+    """Cells of the side of the largest square in a room."""
+    cropped, side = _crop(room), 1
+    while cv2.erode(cropped, np.ones((side + 1, side + 1), np.uint8), borderValue=0).any():
+        side += 1
+    return side
+
+
+def _has_narrow_part(room: Mask) -> bool:
+    cropped = _crop(room)
+    if cropped[1:-1, 1:-1].all():
+        return False
+    side = ceil(NECK_SHARE * measure_width(room))
+    opened = cv2.morphologyEx(cropped, cv2.MORPH_OPEN, np.ones((side, side), np.uint8), borderValue=0)
+    narrow = cropped & (np.asarray(opened) == 0)
+    _, _, parts, _ = cv2.connectedComponentsWithStats(narrow, connectivity=4)
+    return bool((parts[1:, cv2.CC_STAT_AREA] >= NECK_CELLS).any())
+
+
+def _crop(room: Mask) -> Pixels:
+    """The bounding box of a room, with a cell around it."""
+    rows, columns = np.nonzero(room)
+    box = room[rows.min() : rows.max() + 1, columns.min() : columns.max() + 1]
+    return np.pad(box, 1).astype(np.uint8)
+
+
+def _measure_area(block: Block) -> int:
+    return sum((each.x1 - each.x0) * (each.y1 - each.y0) for each in block.rectangles)
