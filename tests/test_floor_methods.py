@@ -102,7 +102,7 @@ class TestFloorPictures:
         assert left < 0
         assert right > 8
 
-    def test_a_map_is_shown_completely_where_it_lies(self):
+    def test_a_map_is_shown_completely_in_its_frame(self):
         from matplotlib.figure import Figure
 
         # 2 × 1 m, turned by a quarter about its corner at (10, 20)

@@ -79,7 +79,7 @@ def _measure_way(starts: Pixels, ends: Pixels, ways: Pixels) -> int:
             return length + 1
         reached = _dilate(reached, CROSS) & ways
         # Nothing new is reached
-        if count == (count := np.count_nonzero(reached)):
+        if count == (count := int(np.count_nonzero(reached))):
             break
     return MAX_WAY
 
