@@ -9,7 +9,7 @@ import sys
 import time
 from collections import Counter
 from collections.abc import Iterator
-from contextlib import closing
+from contextlib import closing, suppress
 from pathlib import Path
 from shutil import copytree, rmtree
 
@@ -280,6 +280,47 @@ class TestResume:
         assert run_pianta("correct", tmp_path / "out" / "a", "--name", 1, "Kitchen").code == 0
         assert list_new(read(maps, tmp_path / "out", walls=True)) == {"a", "b", "c", "broken"}
         assert pianta.read_floor(tmp_path / "out" / "a" / "floor.geojson")[1].name == "Kitchen"
+
+    @pytest.mark.parametrize(
+        ("options", "fault"),
+        [
+            ({"jobs": "2"}, "jobs= is a str, give a number"),
+            ({"shard": (1, 2)}, "shard= is a tuple, give a text such as 2/8"),
+            ({"time_limit": "5", "jobs": 2}, "time_limit= is a str, give seconds"),
+            ({"out": None}, "out= is a NoneType, give a folder"),
+            ({"paths": None}, "paths is None, give a list"),
+            ({"jobs": 2, "describe": lambda _: 1}, "give a function of a module"),
+        ],
+    )
+    def test_arguments_of_other_types_are_one_line(self, maps, tmp_path, options, fault):
+        with pytest.raises(OptionError, match=fault):
+            pianta.read_batch(**{"paths": [maps], "out": tmp_path / "out", **options})
+        assert not (tmp_path / "out").exists()
+
+    def test_only_failed_says_what_is_left_without_a_failure(self, maps, tmp_path):
+        (maps / "broken.npz").unlink()
+        read(maps, tmp_path / "out")
+        make_map().save(maps / "new.npz")
+        with pytest.raises(OptionError, match="has failed, and 1 are still to be done; leave out only_failed="):
+            read(maps, tmp_path / "out", only_failed=True)
+        assert list_new(read(maps, tmp_path / "out")) == {"new"}
+
+    def test_ctrl_c_counts_also_where_python_drops_its_exception(self, maps, tmp_path, monkeypatch):
+        usual = Reader.read
+
+        def interrupt(reader: Reader, path: str | Path) -> Reading:
+            with suppress(KeyboardInterrupt):
+                signal.raise_signal(signal.SIGINT)
+            return usual(reader, path)
+
+        monkeypatch.setattr(Reader, "read", interrupt)
+        before = signal.signal(signal.SIGINT, signal.default_int_handler)
+        try:
+            code, _, _ = run_pianta("read", maps, "-o", tmp_path / "out", "--no-labels")
+        finally:
+            signal.signal(signal.SIGINT, before)
+        assert code == 130
+        assert len(read_journals(tmp_path / "out")) == 1
 
     def test_a_symbol_that_has_changed_is_another_option(self, maps, tmp_path):
         symbols = tmp_path / "symbols"

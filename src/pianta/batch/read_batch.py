@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import marshal
+import pickle
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from hashlib import sha256
@@ -10,6 +11,7 @@ from inspect import signature
 from pathlib import Path
 from typing import Any, Unpack
 
+from pianta._arguments import check_argument
 from pianta.batch.inputs import list_inputs
 from pianta.batch.journal import READ
 from pianta.batch.run_batch import (
@@ -106,9 +108,12 @@ def read_batch(
     >>> [item.is_new for item in pianta.read_batch(["."], out="buildings", labels=False)]
     [False]
     """
-    if isinstance(paths, str | Path):
+    if isinstance(paths, str | Path) or not isinstance(paths, Iterable):
         raise OptionError(f"paths is {short_repr(paths)}, give a list of files and folders")
+    check_argument(out, (str, Path), "out", "a folder")
     run = RunOptions(jobs, resume, only_failed, shard, time_limit, scheduler)
+    if describe is not None:
+        _check_function(describe, is_sent=jobs > 1 or scheduler is not None)
     files = list_inputs(paths)
     if options.get("previous") is not None:
         raise OptionError(f"previous= is one floor and {len(files)} files are given, read each file on its own")
@@ -122,13 +127,20 @@ def read_batch(
     return Batch(target, READ, digest, run, RESULTS, describer).do_all(items, work, progress)
 
 
-def _identify(describe: Callable[[Reading], Any]) -> str:
-    """What distinguishes a function from others, such as those of other programs that have its name.
-
-    Raises OptionError for what is no function.
-    """
-    if not callable(describe):
+def _check_function(describe: Callable[[Reading], Any], *, is_sent: bool) -> None:
+    """Raise OptionError for what is no function, and for one that cannot be sent to processes if it must be."""
+    is_usable = callable(describe)
+    if is_usable and is_sent:
+        try:
+            pickle.dumps(describe)
+        except (pickle.PicklingError, AttributeError, TypeError):
+            is_usable = False
+    if not is_usable:
         raise OptionError(f"describe is {short_repr(describe)}, give a function of a module")
+
+
+def _identify(describe: Callable[[Reading], Any]) -> str:
+    """What distinguishes a function from others, such as those of other programs that have its name."""
     name = f"{describe.__module__}.{getattr(describe, '__qualname__', type(describe).__qualname__)}"
     code = getattr(describe, "__code__", None)
     if code is None:

@@ -11,10 +11,11 @@ from dataclasses import dataclass, replace
 from hashlib import sha256
 from itertools import chain
 from pathlib import Path
-from types import ModuleType
+from types import ModuleType, NoneType
 from typing import Any, Generic, TypeVar
 
 from pianta import __version__
+from pianta._arguments import check_argument
 from pianta.batch.journal import FAULTS, Entry, Journal, check_journals, is_reserved, name_journal, read_siblings
 from pianta.batch.processes import Fault, Outcome, end_in_start, run_items
 from pianta.errors import OptionError, PiantaError
@@ -103,6 +104,10 @@ class RunOptions:
     scheduler: str | None = None
 
     def __post_init__(self) -> None:
+        check_argument(self.jobs, (int,), "jobs", "a number")
+        check_argument(self.shard, (str, NoneType), "shard", "a text such as 2/8")
+        check_argument(self.time_limit, (int, float, NoneType), "time_limit", "seconds")
+        check_argument(self.scheduler, (str, NoneType), "scheduler", "an address or the name of a file")
         if not 1 <= self.jobs <= MAX_JOBS:
             raise OptionError(f"jobs is {self.jobs}, give 1 to {MAX_JOBS}")
         if self.time_limit is not None and not self.time_limit > 0:
@@ -196,7 +201,11 @@ class Batch:
         if any((entry.options, entry.version) != (self.options, __version__) for entry in before):
             fault = f"folder {folder} has results with other options or of another version"
             raise OptionError(f"{fault}; give the same options, or leave out only_failed= and all are done again")
-        return [item for item in left if item.key in entries and not entries[item.key].is_done]
+        failed = [item for item in left if item.key in entries and not entries[item.key].is_done]
+        if left and not failed:
+            fault = f"nothing in folder {folder} has failed, and {len(left)} are still to be done"
+            raise OptionError(f"{fault}; leave out only_failed=")
+        return failed
 
     def _run_anywhere(
         self, work: Callable[[WorkItem[Value]], WorkResult], items: Sequence[WorkItem[Value]]

@@ -12,6 +12,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from itertools import count
 from pathlib import Path
+from types import FrameType
 from typing import Annotated, TypedDict
 
 import typer
@@ -119,9 +120,14 @@ def run_batch(
     # Garbage of hours would fill the memory with the threshold that __main__ sets for short commands
     gc.set_threshold(GARBAGE_THRESHOLD)
     items: list[BatchItem] = []
-    with ending_by_signal(), counting_batch(noun=f"{words.noun}s", quiet=quiet) as (progress, add_failure):
+    with (
+        ending_by_signal() as interrupts,
+        counting_batch(noun=f"{words.noun}s", quiet=quiet) as (progress, add_failure),
+    ):
         for item in start(progress):
             items.append(keep(item))
+            if interrupts:  # Python drops the exception of Ctrl+C in some of its own functions
+                raise KeyboardInterrupt
             if item.fault is not None:
                 print_error(PiantaError(item.fault))
                 add_failure()
@@ -134,20 +140,29 @@ def run_batch(
 
 
 @contextmanager
-def ending_by_signal() -> Iterator[None]:
+def ending_by_signal() -> Iterator[list[int]]:
     """A block that SIGTERM, of a cluster whose time is over, ends as Ctrl+C does: with its processes.
 
-    So does SIGHUP, of a terminal that is closed, unless `nohup` has it ignored.
+    So does SIGHUP, of a terminal that is closed, unless `nohup` has it ignored. The list has what Ctrl+C sends.
     """
+    interrupts: list[int] = []
     if threading.current_thread() is not threading.main_thread():
-        yield
+        yield interrupts
         return
+
+    def interrupt(number: int, frame: FrameType | None) -> None:
+        interrupts.append(number)
+        signal.default_int_handler(number, frame)
+
     numbers = [signal.SIGTERM, *([signal.SIGHUP] if hasattr(signal, "SIGHUP") else [])]
     before = {number: signal.getsignal(number) for number in numbers if signal.getsignal(number) != signal.SIG_IGN}
     for number in before:
         signal.signal(number, lambda caught, _: sys.exit(128 + caught))
+    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+        before[signal.SIGINT] = signal.default_int_handler
+        signal.signal(signal.SIGINT, interrupt)
     try:
-        yield
+        yield interrupts
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
