@@ -297,7 +297,7 @@ class TestResume:
             pianta.read_batch(**{"paths": [maps], "out": tmp_path / "out", **options})
         assert not (tmp_path / "out").exists()
 
-    def test_only_failed_says_what_is_left_without_a_failure(self, maps, tmp_path):
+    def test_only_failed_without_a_failure_names_what_is_left(self, maps, tmp_path):
         (maps / "broken.npz").unlink()
         read(maps, tmp_path / "out")
         make_map().save(maps / "new.npz")
