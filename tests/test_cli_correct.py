@@ -544,19 +544,16 @@ class TestWithoutPrevious:
             reading.save(building)
         assert list_files(building) == before
 
-    def test_neither_are_those_of_a_folder_of_several(self, folder):
+    def test_those_of_a_folder_of_several_are_applied_again(self, folder):
         correct(folder / "building", "--merge", 6, 7)
         (folder / "out").mkdir()
         copytree(folder / "building", folder / "out" / "map")
         (folder / "second.yaml").write_bytes((folder / "map.yaml").read_bytes())
-        before = list_files(folder / "out" / "map")
-        code, _, err = run_pianta(
-            "read", folder / "map.yaml", folder / "second.yaml", "-o", folder / "out", "--no-labels"
-        )
-        assert code == 1
-        assert "has 1 correction, which would be lost" in err
-        assert list_files(folder / "out" / "map") == before
-        assert (folder / "out" / "second" / "floor.geojson").exists()
+        files = folder / "map.yaml", folder / "second.yaml"
+        assert run_pianta("read", *files, "-o", folder / "out", "--no-labels", "-q").code == 0
+        assert ids_of(folder / "out" / "map") == ids_of(folder / "building")
+        assert len(ids_of(folder / "out" / "second")) == len(ids_of(folder / "out" / "map")) + 1
+        assert len(read_corrections(folder / "out" / "map" / "corrections.json")) == 1
 
     def test_a_folder_whose_corrections_were_taken_back_is_free(self, folder, building):
         correct(building, "--merge", 6, 7)
