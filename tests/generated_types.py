@@ -24,6 +24,10 @@ WINGS: dict[str, tuple[tuple[str, ...], tuple[tuple[int, int], ...]]] = {
     "h": (("CCCCCS", "CCCT"), ((0, 1),)),
 }
 
+# Areas of rooms, m².
+AREAS = {"CLASSROOM": 60.0, "CORRIDOR": 70.0, "CLOSET": 6.0, "BATHROOM": 12.0, "GYM": 400.0}
+OTHER_AREA = 25.0
+
 
 def make_wing(rooms: str, *, first: int = 0, hub: str = "CORRIDOR") -> nx.Graph:
     """A corridor, node `first`, with a door to each room, the nodes after it."""
@@ -53,6 +57,16 @@ def make_schools() -> list[nx.Graph]:
 def small_model(segmentation: Segmentation = Segmentation.CORR) -> TypeModel:
     """The model of the eight schools."""
     return learn_type(make_schools(), SCHOOL, segmentation=segmentation)
+
+
+@cache
+def sized_model() -> TypeModel:
+    """The model of the eight schools, each room with the area of its label."""
+    schools = make_schools()
+    for school in schools:
+        for _, room in school.nodes(data=True):
+            room["area"] = AREAS.get(room["label"], OTHER_AREA)
+    return learn_type(schools, SCHOOL)
 
 
 def build_floor(wings: tuple[str, ...], doors: tuple[tuple[int, int], ...], clusters: tuple[int, ...]) -> TypeFloor:

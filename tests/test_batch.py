@@ -20,15 +20,18 @@ from PIL import Image
 
 import pianta
 from pianta.batch import geoparquet, processes
-from pianta.batch.inputs import expand_patterns, list_inputs
+from pianta.batch.generate_batch import PLAN_SHEET, SHEET, list_plan_files
+from pianta.batch.inputs import RESULT_NAME, SUFFIXES, expand_patterns, list_inputs
 from pianta.batch.journal import Entry, Journal, read_journals
+from pianta.batch.predict_batch import EXPLORED, PICTURE, PLAN_FILES
 from pianta.batch.processes import Fault, run_items
+from pianta.batch.read_batch import _identify
 from pianta.batch.run_batch import digest_options
 from pianta.errors import OptionError
 from pianta.gridmap import FREE, OCCUPIED, GridMap
 from pianta.io._folders import atomic_folder
 from pianta.reading._reader import Reader
-from pianta.reading.reading import OUTPUTS, Reading
+from pianta.reading.reading import OPTIONAL, OUTPUTS, Reading
 from tests.command_line import list_files, run_pianta
 
 
@@ -98,9 +101,16 @@ class TestInputs:
         (maps / "a" / name).write_text("")
         (maps / "a" / "inner").mkdir()
         make_map().save(maps / "a" / "inner" / "x.npz")
-        # A map of ROS beside its results does not belong to them
+        # Maps and plans beside their results do not belong to them
         assert [path.name for path in list_inputs([maps])] == ["broken.npz", "a.yaml", "x.npz", "b.yaml", "c.yaml"]
-        assert [path.name for path in list_inputs([f"{maps}/**/*.png"])] == ["b.png", "c.png"]
+        assert [path.name for path in list_inputs([f"{maps}/**/*.png"])] == ["a.png", "b.png", "c.png"]
+
+    def test_results_that_could_be_inputs_are_known(self):
+        written = {*OUTPUTS, *OPTIONAL, PICTURE, *EXPLORED, *PLAN_FILES, SHEET, PLAN_SHEET}
+        written |= {*list_plan_files(["building-001", "building-000001"])}
+        similar = {name for name in written if Path(name).suffix in SUFFIXES}
+        assert {name for name in similar if not RESULT_NAME.fullmatch(name)} == set()
+        assert len(similar) == 11
 
     def test_a_folder_that_cannot_be_listed_is_an_error(self, maps, monkeypatch):
         scandir = os.scandir
@@ -274,6 +284,15 @@ class TestResume:
         assert list_new(read(maps, tmp_path / "out", describe=print)) == {"a", "b", "c", "broken"}
         with pytest.raises(OptionError, match="describe is 'count_rooms', give a function of a module"):
             read(maps, tmp_path / "out", describe="count_rooms")
+
+    def test_a_function_is_itself_whatever_refers_to_its_constants(self):
+        def describe(_: Reading) -> tuple[str, float]:
+            return "constant of this function", 2.5
+
+        before = _identify(describe)
+        constants = [*describe.__code__.co_consts]
+        assert constants
+        assert _identify(describe) == before
 
     def test_corrections_of_a_building_are_applied_again(self, maps, tmp_path):
         read(maps, tmp_path / "out")

@@ -15,7 +15,7 @@ import pianta
 from pianta.errors import FloorError, ModelError, OptionError
 from pianta.floor import PREDICTED_FLAG, Door, Floor, Room
 from pianta.generation.drawing.blocks import NO_ROOM, Contact, find_contacts
-from pianta.generation.type_model import TypeModel, learn_type
+from pianta.generation.type_model import TypeModel
 from pianta.generation.type_model_file import save_type_model
 from pianta.gridmap import GridMap
 from pianta.io.floors import read_floor, save_floor
@@ -30,20 +30,12 @@ from pianta.prediction.continuation.shares import ShareGrid, move_to_map
 from pianta.prediction.explored_part import read_explored_part
 from pianta.prediction.revealed_floor import reveal_corridors
 from tests.command_line import list_files, run_pianta
-from tests.generated_types import SCHOOL, make_schools, small_model
-
-AREAS = {"CLASSROOM": 50.0, "CORRIDOR": 60.0, "CLOSET": 6.0, "BATHROOM": 12.0, "GYM": 300.0}
-OTHER_AREA = 25.0
+from tests.generated_types import SCHOOL, sized_model, small_model
 
 
 @pytest.fixture(scope="module")
 def model() -> TypeModel:
-    """The model of eight schools, each room with the area of its label."""
-    graphs = make_schools()
-    for graph in graphs:
-        for _, room in graph.nodes(data=True):
-            room["area"] = AREAS.get(room["label"], OTHER_AREA)
-    return learn_type(graphs, SCHOOL)
+    return sized_model()
 
 
 def make_floor() -> Floor:

@@ -27,20 +27,12 @@ from pianta.generation.drawing.losses import (
 from pianta.generation.drawing.room_blocks import draw_notched, draw_room, draw_suite, stack_blocks
 from pianta.generation.drawing.room_sizes import sample_areas
 from pianta.generation.type_model import TypeModel, learn_type
-from tests.generated_types import SCHOOL, join_wings, make_schools
-
-AREAS = {"CLASSROOM": 60.0, "CORRIDOR": 70.0, "CLOSET": 6.0, "BATHROOM": 12.0, "GYM": 400.0}
-OTHER_AREA = 25.0
+from tests.generated_types import AREAS, OTHER_AREA, SCHOOL, join_wings, make_schools, sized_model
 
 
 @pytest.fixture(scope="module")
 def model() -> TypeModel:
-    """The model of the eight schools, each room with the area of its label."""
-    graphs = make_schools()
-    for graph in graphs:
-        for _, room in graph.nodes(data=True):
-            room["area"] = AREAS.get(room["label"], OTHER_AREA)
-    return learn_type(graphs, SCHOOL)
+    return sized_model()
 
 
 @pytest.fixture

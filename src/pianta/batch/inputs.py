@@ -20,6 +20,8 @@ from pianta.plan.sheets.map_or_plan import PLAN_SUFFIXES
 # JSON files are read if they are given themselves: most in folders are no maps
 SUFFIXES = tuple(suffix for suffix in dict.fromkeys([*MAP_SUFFIXES, *PLAN_SUFFIXES]) if suffix != JSON_SUFFIX)
 RESULTS = (FLOOR_FILE, "prediction.json")  # in folders of results
+# Files in such folders that could be taken for maps or plans.
+RESULT_NAME = re.compile(r"(picture|rooms|paper|explain|plans|sheet|building-[0-9]+)\.png|(grid|explored|shares)\.npz")
 _IMAGE_LINE = re.compile(rb"^\s*[\"']?image[\"']?\s*:[ \t]*[\"']?([^\"'#\r\n]*)", re.MULTILINE)
 HEAD_BYTES = 65536  # of a YAML file, in which a map names its image
 
@@ -78,12 +80,12 @@ def _expand(pattern: str | Path) -> list[Path]:
 
 def _list_folder(folder: Path) -> Iterator[Path]:
     for name, folders, names in os.walk(folder, onerror=refuse_folder):
-        if is_result_folder(names):
-            # A map of ROS may lie beside its results
-            names = [each for each in names if Path(each).suffix.lower() in YAML_SUFFIXES]  # noqa: PLW2901
+        is_result = is_result_folder(names)
         bags = [inner for inner in folders if is_bag(Path(name, inner))]
         folders[:] = sorted(inner for inner in folders if not inner.startswith(".") and inner not in bags)
-        files = [Path(name, file) for file in names if not file.startswith(".")]
+        # A map or a plan may be beside its results
+        usable = [file for file in names if not (is_result and RESULT_NAME.fullmatch(file))]
+        files = [Path(name, file) for file in usable if not file.startswith(".")]
         named = {file: _find_image(file) for file in files if file.suffix.lower() in YAML_SUFFIXES}
         maps = [file for file, image in named.items() if image is not None]
         images = {real_path(image) for image in named.values() if image}
@@ -95,9 +97,8 @@ def _list_folder(folder: Path) -> Iterator[Path]:
 
 
 def _is_result(path: Path) -> bool:
-    """Whether a file is among results of `pianta read`, `predict` or `generate`, but no map.yaml."""
-    is_map = path.suffix.lower() in YAML_SUFFIXES or path.is_dir()
-    return not is_map and is_result_folder([file.name for file in path.parent.iterdir()])
+    """Whether a file is a result of `pianta read`, `predict` or `generate`."""
+    return bool(RESULT_NAME.fullmatch(path.name)) and is_result_folder([file.name for file in path.parent.iterdir()])
 
 
 def is_result_folder(names: Sequence[str]) -> bool:

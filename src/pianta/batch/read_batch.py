@@ -34,6 +34,7 @@ from pianta.reading.read import name_folders, read
 from pianta.reading.reading import OUTPUTS, Reading, check_output, has_corrections, list_input_files
 
 RESULTS = (OUTPUTS[0], BUILDING_FILE)
+MARSHAL_VERSION = 2
 
 
 def read_batch(
@@ -145,7 +146,8 @@ def _identify(describe: Callable[[Reading], Any]) -> str:
     code = getattr(describe, "__code__", None)
     if code is None:
         return f"{name} {describe!r}"
-    content = marshal.dumps(code) + repr(getattr(describe, "__defaults__", None)).encode()
+    # Later versions of marshal give other bytes for equal code
+    content = marshal.dumps(code, MARSHAL_VERSION) + repr(getattr(describe, "__defaults__", None)).encode()
     return f"{name} {sha256(content).hexdigest()[:16]}"
 
 

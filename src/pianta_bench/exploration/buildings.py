@@ -99,11 +99,12 @@ def draw_buildings(data: Path) -> BuildingSet:
     incomplete = 0
     for number, graph in enumerate(generate(model, ceil(GENERATED * DRAWN_SCHOOLS)), start=1):
         plan = draw_plan(graph, model, seed=number)
-        if len(buildings) < DRAWN_SCHOOLS and not plan.given_up:
-            buildings.append(
-                ExploredBuilding(DRAWN_SET, f"drawn-{number:02}", plan.floor, graphs, building_type=real_type)
-            )
-        incomplete += len(buildings) < DRAWN_SCHOOLS and bool(plan.given_up)
+        if plan.given_up:
+            incomplete += 1
+            continue
+        buildings.append(ExploredBuilding(DRAWN_SET, f"drawn-{number:02}", plan.floor, graphs, building_type=real_type))
+        if len(buildings) == DRAWN_SCHOOLS:
+            break
     note = f"Generated and drawn with all doors; {incomplete} others lack some and were passed over."
     return BuildingSet(tuple(buildings), notes=(note,))
 

@@ -39,8 +39,7 @@ class Choices:
         weighted = nx.Graph()
         weighted.add_nodes_from(graph)
         for one, other in graph.edges:
-            base = EDGE_WEIGHTS[(one in corridors) + (other in corridors)]
-            weighted.add_edge(one, other, weight=base + RANDOM_WEIGHT * self.weights[one, other])
+            weighted.add_edge(one, other, weight=compute_edge_weight((one, other), corridors, self.weights[one, other]))
         return nx.minimum_spanning_tree(weighted)
 
     def make_rng(self, room: int) -> np.random.Generator:
@@ -58,6 +57,11 @@ class Choices:
             return replace(self, root=int(rng.choice(roots)), alleys=bool(rng.integers(2)))
         room = changeable[int(rng.integers(len(changeable)))]
         return replace(self, seeds={**self.seeds, room: int(rng.integers(MOST_SEEDS))})
+
+
+def compute_edge_weight(edge: Edge, corridors: frozenset[Any], chance: float) -> float:
+    """The weight of an edge for a spanning tree; chance: 0 to 1."""
+    return EDGE_WEIGHTS[sum(node in corridors for node in edge)] + RANDOM_WEIGHT * chance
 
 
 def sample_choices(graph: nx.Graph, root: int, *, alleys: bool, rng: np.random.Generator) -> Choices:

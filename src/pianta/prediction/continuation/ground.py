@@ -19,17 +19,11 @@ from pianta._types import Floats, Mask
 from pianta.errors import FloorError
 from pianta.floor import cells_of_polygon
 from pianta.generation.drawing.blocks import CELL, NO_ROOM, Cells
+from pianta.generation.drawing.choices import compute_edge_weight
 from pianta.gridmap import GridMap
 from pianta.layout.frames import measure_direction
 from pianta.prediction.continuation.known_part import KnownPart
-from pianta.prediction.continuation.layout import (
-    BLOCKED,
-    EDGE_WEIGHTS,
-    RANDOM_WEIGHT,
-    RESERVED,
-    SpaceFiller,
-    fill_space,
-)
+from pianta.prediction.continuation.layout import BLOCKED, RESERVED, SpaceFiller, fill_space
 from pianta.prediction.unexplored_part import SampledFloor
 
 # All chosen by hand.
@@ -104,8 +98,7 @@ def span_unknown(
     root = -1
     weighted.add_node(root)
     for one, other in sample.graph.subgraph(inside).edges:
-        base = EDGE_WEIGHTS[(one in corridors) + (other in corridors)]
-        weighted.add_edge(one, other, weight=base + RANDOM_WEIGHT * rng.random())
+        weighted.add_edge(one, other, weight=compute_edge_weight((one, other), corridors, rng.random()))
     # Beginnings come first: what is seen, then what is behind a door
     weighted.add_weighted_edges_from((root, node, 0.5) for node in behind)
     weighted.add_weighted_edges_from((root, node, 0.0) for node in partial)

@@ -15,10 +15,7 @@ from pianta.generation.drawing.blocks import DOOR_CELLS, NARROWEST, NO_ROOM, Cel
 BLOCKED = -2  # a cell where no room may be placed
 RESERVED = -3  # a cell before a door, for the room behind it
 
-# All chosen by hand, on the schools of the data. Edges of the spanning tree along which rooms are placed: those of
-# corridors come first, so that rooms are ends.
-EDGE_WEIGHTS = (3.0, 2.0, 1.0)  # by the number of corridors at the edge
-RANDOM_WEIGHT = 0.9
+# All chosen by hand, on the schools of the data.
 # Widths over depths of rooms that are tried, and by how much a room may shrink where there is little space.
 SHAPES = (0.6, 1.0, 1.6)
 SHRINKINGS = (1.0, 0.7, 0.45, 0.25)
