@@ -1,10 +1,9 @@
 """`pianta bench exploration`: on tiny schools, and by hand-made runs whose ratios are known."""
 
 import json
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 import networkx as nx
 import numpy as np
@@ -18,7 +17,6 @@ from pianta.exploration.policy_input import PolicyInput
 from pianta.exploration.world import build_world
 from pianta.floor import Floor
 from pianta.prediction.unexplored_part import FloorSampler
-from pianta_bench.data.annotated_floors import AnnotatedFloor, read_annotated_buildings
 from pianta_bench.exploration import DRAWN_SET, SYNTHETIC
 from pianta_bench.exploration import buildings as exploration_buildings
 from pianta_bench.exploration import measure as exploration_measure
@@ -41,9 +39,7 @@ from pianta_bench.harness.records import Record, Results
 from pianta_bench.harness.report import save_results
 from tests.command_line import list_files, run_pianta
 from tests.explored_worlds import two_rooms
-from tests.tiny_data import write_schools
-
-Output = TypeVar("Output")
+from tests.tiny_data import read_as_buildings, write_schools
 
 SCHOOLS = "KKKW-KL", "KKS-KK", "LLW-KKK", "KKC-LK", "LLC-KKW", "KK-KWL"
 POLICIES = (NEAREST, "gain", "ours")
@@ -141,11 +137,6 @@ class TestDrawnSchools:
         ranks = {policy: [row[f"90 %\n{part}"].mean for part in metres] for policy, row in table.rows.items()}
         assert ranks == {"nearest": [3, 1], "gain": [1, 2], "ours": [1, 2]}
         assert [*table.notes] == ["90 %: Kendall's tau -1.00."]
-
-
-def read_as_buildings(data: Path, building_type: str, make: Callable[[AnnotatedFloor], Output]) -> Any:
-    """read_annotated_buildings with a building for each drawing."""
-    return read_annotated_buildings(data, building_type, lambda floor: make(replace(floor, building=floor.item)))
 
 
 def list_runs(results: Results, *, searches: bool) -> list[Run]:

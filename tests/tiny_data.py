@@ -1,13 +1,18 @@
 """Data folders of two tiny rooms, whose scores can be reckoned by hand, and tiny schools."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
+from typing import Any, TypeVar
 
 import numpy as np
 from PIL import Image
 from shapely import Polygon, box
 
 from pianta.floor import Floor, Room
+from pianta_bench.data.annotated_floors import AnnotatedFloor, read_annotated_buildings
+
+Output = TypeVar("Output")
 
 # A room of 4 m × 3 m and one of 2 m × 3 m, with a wall of 0.2 m between them, in a map of 8 m × 5 m.
 SIZE = (8.0, 5.0)
@@ -118,6 +123,11 @@ def write_schools(data: Path, *wings: str) -> None:
     folder.mkdir(parents=True)
     for number, school in enumerate(wings):
         (folder / f"school{number}.xml").write_text(write_school(school.split("-")))
+
+
+def read_as_buildings(data: Path, building_type: str, make: Callable[[AnnotatedFloor], Output]) -> Any:
+    """read_annotated_buildings with a building for each drawing."""
+    return read_annotated_buildings(data, building_type, lambda floor: make(replace(floor, building=floor.item)))
 
 
 def write_school(wings: Sequence[str]) -> str:

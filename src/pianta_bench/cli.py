@@ -10,7 +10,18 @@ from pianta.cli.terminal import show_examples
 
 # In the order of the help. Each is a folder with a BENCH.
 BENCHES = (
-    *("layout", "segmentation", "departures", "cost", "graphs", "types", "places", "buildings", "generation"),
+    *(
+        "layout",
+        "segmentation",
+        "departures",
+        "cost",
+        "graphs",
+        "types",
+        "places",
+        "buildings",
+        "generation",
+        "drawing",
+    ),
     *("prediction", "realism", "partial", "exploration", "plans", "robustness", "calibration", "evacuation"),
     *("patterns", "noise"),
 )
