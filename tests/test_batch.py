@@ -22,7 +22,7 @@ import pianta
 from pianta.batch import geoparquet, processes
 from pianta.batch.generate_batch import PLAN_SHEET, SHEET, list_plan_files
 from pianta.batch.inputs import RESULT_NAME, SUFFIXES, expand_patterns, list_inputs
-from pianta.batch.journal import Entry, Journal, read_journals
+from pianta.batch.journal import Entry, Journal, _as_option_error, read_journals
 from pianta.batch.predict_batch import EXPLORED, PICTURE, PLAN_FILES
 from pianta.batch.processes import Fault, run_items
 from pianta.batch.read_batch import _identify
@@ -31,7 +31,8 @@ from pianta.errors import OptionError
 from pianta.gridmap import FREE, OCCUPIED, GridMap
 from pianta.io._folders import atomic_folder
 from pianta.reading._reader import Reader
-from pianta.reading.reading import OPTIONAL, OUTPUTS, Reading
+from pianta.reading.reading import OPTIONAL, OUTPUTS, Reading, list_input_files
+from pianta.rooms import name_dictionary
 from tests.command_line import list_files, run_pianta
 
 
@@ -112,6 +113,18 @@ class TestInputs:
         assert {name for name in similar if not RESULT_NAME.fullmatch(name)} == set()
         assert len(similar) == 11
 
+    @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="this system has no pipes")
+    def test_a_pipe_is_not_waited_for(self, maps):
+        os.mkfifo(maps / "pipe.yaml")
+        assert "pipe.yaml" in [path.name for path in list_inputs([maps])]
+
+    def test_files_in_a_folder_that_is_read_are_inputs(self, tmp_path):
+        (tmp_path / "bag" / "inner").mkdir(parents=True)
+        for name in ("metadata.yaml", "inner/0.db3"):
+            (tmp_path / "bag" / name).write_text(name)
+        names = [str(file.relative_to(tmp_path)) for file in list_input_files(tmp_path / "bag")]
+        assert names == ["bag", "bag/inner/0.db3", "bag/metadata.yaml"]
+
     def test_a_folder_that_cannot_be_listed_is_an_error(self, maps, monkeypatch):
         scandir = os.scandir
 
@@ -162,6 +175,19 @@ class TestResume:
         assert second["a"].fault is None
         assert list_files(tmp_path / "out" / "a") == before
         assert before.keys() == set(OUTPUTS)
+
+    def test_a_dictionary_that_has_changed_is_another_option_also_as_a_text(self, maps, tmp_path):
+        words = tmp_path / "words.json"
+        words.write_bytes(Path(name_dictionary.__file__).with_suffix(".json").read_bytes())
+
+        def is_new() -> bool:
+            (item,) = pianta.read_batch([maps / "a" / "a.yaml"], out=tmp_path / "out", words=str(words))
+            assert item.fault is None
+            return item.is_new
+
+        assert [is_new(), is_new()] == [True, False]
+        words.write_bytes(words.read_bytes() + b"\n")
+        assert is_new()
 
     def test_what_has_changed_is_read_again(self, maps, tmp_path):
         read(maps, tmp_path / "out")
@@ -454,7 +480,7 @@ class TestOutputFolder:
         read(maps, tmp_path / "out")
         code, _, err = run_pianta("read", maps / "a" / "a.yaml", "-o", tmp_path / "out")
         assert code == 2
-        assert err.endswith(f"such as -o '{tmp_path / 'out' / 'a-2'}'\n")
+        assert err.endswith(f"such as -o '{tmp_path / 'out-a'}'\n")
 
 
 class TestFaults:
@@ -650,6 +676,22 @@ class TestJournal:
         with pytest.raises(OptionError, match="is no journal of this pianta"):
             Journal(tmp_path / "journal-1-of-2.sqlite")
 
+    @pytest.mark.parametrize(
+        ("column", "value"),
+        [("folder", "'..'"), ("folder", "'../x'"), ("folder", "''"), ("folder", "x'ff'"), ("seconds", "'abc'")],
+    )
+    def test_entries_with_other_values_are_refused(self, maps, tmp_path, column, value):
+        read(maps, tmp_path / "out")
+        with closing(sqlite3.connect(tmp_path / "out" / "journal.sqlite", isolation_level=None)) as journal:
+            journal.execute(f"update entries set {column} = {value} where folder = 'a'")  # noqa: S608 - literals above
+        for work in (lambda: read(maps, tmp_path / "out"), lambda: pianta.collect_batch(tmp_path / "out")):
+            with pytest.raises(OptionError, match=r"the entry of '.*a\.yaml' is damaged; remove it, and all files"):
+                work()
+
+    def test_a_full_disk_is_no_reason_to_remove_it(self, tmp_path):
+        error = _as_option_error(tmp_path / "journal.sqlite", sqlite3.OperationalError("database or disk is full"))
+        assert str(error).endswith("is full; free space on its disk, and go on by the same command")
+
     def test_one_that_may_not_be_written_is_not_to_be_removed(self, tmp_path, monkeypatch):
         (tmp_path / "journal.sqlite").write_bytes(b"SQLite format 3\0" + b"x" * 5000)
         monkeypatch.setattr(os, "access", lambda path, _: Path(path) != tmp_path / "journal.sqlite")
@@ -725,7 +767,7 @@ class TestCollection:
     def test_results_that_are_gone_are_an_error(self, maps, tmp_path):
         read(maps, tmp_path / "out")
         (tmp_path / "out" / "a" / "floor.geojson").unlink()
-        with pytest.raises(pianta.PiantaError, match="reads the file again"):
+        with pytest.raises(pianta.PiantaError, match="remove it, and `pianta read` reads the file again"):
             pianta.collect_batch(tmp_path / "out")
         assert not list((tmp_path / "out").glob("*.parquet"))
 

@@ -77,7 +77,7 @@ def _read_results(folder: Path, entry: Entry) -> Building:
     try:
         return read_building_folder(folder / entry.folder)
     except PiantaError as error:
-        raise type(error)(f"{error}; `pianta read` reads the file again") from None
+        raise type(error)(f"{error}; remove it, and `pianta read` reads the file again") from None
 
 
 def _describe_storey(storey: Storey, entry: Entry) -> Row:

@@ -115,6 +115,9 @@ def _find_image(file: Path) -> Path | None:
     """The image that a YAML file names, as that of a map does, also if the file has faults; None without one."""
     if image := find_map_image(file):
         return image
+    if not file.is_file():
+        # A pipe would be waited for; as a map it has a fault
+        return file
     try:
         with file.open("rb") as opened:
             line = _IMAGE_LINE.search(opened.read(HEAD_BYTES))

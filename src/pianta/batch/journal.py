@@ -52,6 +52,8 @@ class Entry:
         return not self.group
 
 
+NO_SPACE = ("is full", "disk I/O error")  # of SQLite, if nothing more can be written
+
 _CREATE = """create table if not exists entries (
     path text primary key, folder text not null, inputs text not null, options text not null, version text not null,
     seconds real not null, "group" text not null, fault text not null, description text not null)"""
@@ -118,6 +120,8 @@ class Journal:
         verbs = [verb for (verb,) in self._connection.execute("select verb from about")]
         if not verbs:
             self._connection.execute("insert into about values (?)", [self.verb])
+        elif not isinstance(verbs[0], str):
+            raise sqlite3.DatabaseError("its command is damaged")
         elif verbs != [self.verb]:
             self._connection.execute("rollback")
             raise _is_of(verbs[0], self.file.parent)
@@ -275,7 +279,19 @@ def _read_entries(file: Path) -> list[Entry]:
 
 def _select_entries(connection: sqlite3.Connection) -> Iterator[Entry]:
     for row in connection.execute(_SELECT):
-        yield Entry(*row)
+        entry = Entry(*row)
+        if not _is_sound(entry):
+            raise sqlite3.DatabaseError(f"the entry of {short_repr(entry.path)} is damaged")
+        yield entry
+
+
+def _is_sound(entry: Entry) -> bool:
+    """Whether an entry has values as `record` writes them, and a folder that is in that of the batch."""
+    *texts, seconds = entry.path, entry.folder, entry.inputs, entry.options, entry.version, entry.seconds
+    texts += [entry.group, entry.fault, entry.description]
+    if not (all(isinstance(text, str) for text in texts) and isinstance(seconds, int | float)):
+        return False
+    return entry.folder not in {"", ".", ".."} and not {"/", "\0", os.sep}.intersection(entry.folder)
 
 
 def _as_option_error(file: Path, error: sqlite3.Error) -> OptionError:
@@ -284,6 +300,8 @@ def _as_option_error(file: Path, error: sqlite3.Error) -> OptionError:
             f"journal {short_repr(file)} is in use by another pianta, wait for it or give another folder"
         )
     remedy = "remove it, and all files are read again"
-    if not os.access(file.parent, os.W_OK) or (file.exists() and not os.access(file, os.R_OK | os.W_OK)):
+    if any(text in str(error) for text in NO_SPACE):
+        remedy = "free space on its disk, and go on by the same command"
+    elif not os.access(file.parent, os.W_OK) or (file.exists() and not os.access(file, os.R_OK | os.W_OK)):
         remedy = "check its permissions and those of its folder"
     return OptionError(f"journal {short_repr(file)} cannot be used: {one_line_reason(error)}; {remedy}")

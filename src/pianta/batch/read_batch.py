@@ -35,6 +35,7 @@ from pianta.reading.reading import OUTPUTS, Reading, check_output, has_correctio
 
 RESULTS = (OUTPUTS[0], BUILDING_FILE)
 MARSHAL_VERSION = 2
+FILE_OPTIONS = ("symbols", "words", "room_model", "building_model")  # of `read`, if they are texts
 
 
 def read_batch(
@@ -122,7 +123,8 @@ def read_batch(
     check_output_folder(target)
     work = _Work(Reader.make(**options), describe, walls, graph)
     defaults = {name: parameter.default for name, parameter in signature(read).parameters.items() if name != "path"}
-    digest = digest_options({**defaults, **options, "walls": walls, "graph": graph}, list_input_files)
+    named = {name: Path(value) for name, value in options.items() if name in FILE_OPTIONS and isinstance(value, str)}
+    digest = digest_options({**defaults, **options, **named, "walls": walls, "graph": graph}, list_input_files)
     items = [_make_item(file, target / name) for file, name in zip(files, name_folders(files), strict=True)]
     describer = "" if describe is None else _identify(describe)
     return Batch(target, READ, digest, run, RESULTS, describer).do_all(items, work, progress)

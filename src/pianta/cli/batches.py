@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import os
 import signal
 import sys
 import threading
@@ -173,7 +174,10 @@ def refuse_batch(out: Path, path: str) -> None:
     if has_journal(out):
         fault = f"folder {short_repr(out)} has the results of a batch; give {short_repr(path)} a folder of its own"
         (name,) = name_folders([path])
-        numbered = (out / (name if number == 1 else f"{name}-{number}") for number in count(1))
+        # Beside it: what is in it belongs to the batch
+        beside = Path(os.path.abspath(out)) if out.name in {"", ".."} else out  # noqa: PTH100 - as `name_file`
+        stem = f"{beside.name}-{name}"
+        numbered = (beside.with_name(stem if number == 1 else f"{stem}-{number}") for number in count(1))
         raise OptionError(f"{fault}, such as -o {short_repr(next(each for each in numbered if not each.exists()))}")
 
 

@@ -461,8 +461,10 @@ def _check_corrections_stayed(folder: Path, previous: tuple[Correction, ...]) ->
 
 
 def list_input_files(path: str | Path) -> list[Path]:
-    """The file that is read, and the image of a map.yaml."""
+    """The file that is read, and the image of a map.yaml, or what is in a folder, such as a bag."""
     file = Path(path)
+    if file.is_dir():
+        return [file, *sorted(inner for inner in file.rglob("*") if inner.is_file())]
     if file.suffix.lower() not in {".yaml", ".yml"}:
         return [file]
     from pianta.io.ros_maps import find_map_image
