@@ -61,8 +61,8 @@ DOOR_TABLE = Table(
     },
     digits={"buildings": 0, "small": 0, NARROW: 0, NARROW_DOORS: 0, DOOR_SHARE: 2, OVERLAP: 3},
     notes=(
-        "generated: by a model of all real floors. real graphs: those of the floors, drawn with",
-        "areas of floors of other buildings. Width: of the largest circle in a room.",
+        "generated: by a model of all real floors. real graphs: those of the floors,",
+        "with areas of other buildings. Width: of the largest circle in a room.",
     ),
 )
 SIZES = Table(
@@ -72,8 +72,8 @@ SIZES = Table(
     summarise=Cell.only,
     digits={"area": 1, "aspect": 2, "p of areas": 2, "p of aspects": 2},
     notes=(
-        "Medians, m², and p of the test of Kolmogorov and Smirnov. aspect: longer side of the",
-        "smallest rectangle around a room over the shorter one.",
+        "Medians, m², and p of the test of Kolmogorov and Smirnov. aspect: longer side",
+        "of the smallest rectangle around a room over the shorter one.",
     ),
 )
 REALISM = Table(
@@ -83,8 +83,8 @@ REALISM = Table(
     summarise=Cell.median,
     digits=2,
     notes=(
-        "Median share of real floors that are less like others than this one: 0.5 is usual.",
-        "The reference is the real floors, for them and their graphs without their building.",
+        "Median share of real floors that are less like others: 0.5 is usual. The",
+        "reference of a real floor, and of its graph, is without its building.",
     ),
 )
 CIRCLE = Table(
@@ -96,7 +96,7 @@ CIRCLE = Table(
     unit="%",
     notes=(
         f"{{generated}} generated and {{withheld}} real graphs of at most {LARGEST_SCANNED} rooms.",
-        "Rooms: IoU above 0.5. In use: furniture by labels, 1.0, with ways for a robot; noise 0.3.",
+        "Rooms: IoU above 0.5. In use: furniture by labels, with ways; noise 0.3.",
     ),
 )
 GRAPHS = replace(
@@ -105,7 +105,7 @@ GRAPHS = replace(
     where={**CIRCLE.where, "metric": [SAME, SAME_LABELLED]},
     summarise=share_of,
     notes=(
-        "The graph that is read is isomorphic to the one that is drawn; with R/C also its",
+        "The graph that is read is isomorphic to the drawn one; with R/C also its",
         "labels, which the model that comes with pianta predicts.",
     ),
 )
