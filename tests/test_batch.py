@@ -119,11 +119,11 @@ class TestInputs:
         assert "pipe.yaml" in [path.name for path in list_inputs([maps])]
 
     def test_files_in_a_folder_that_is_read_are_inputs(self, tmp_path):
-        (tmp_path / "bag" / "inner").mkdir(parents=True)
-        for name in ("metadata.yaml", "inner/0.db3"):
+        (tmp_path / "bag").mkdir()
+        for name in ("metadata.yaml", "0.db3"):
             (tmp_path / "bag" / name).write_text(name)
         names = [str(file.relative_to(tmp_path)) for file in list_input_files(tmp_path / "bag")]
-        assert names == ["bag", "bag/inner/0.db3", "bag/metadata.yaml"]
+        assert names == ["bag", "bag/0.db3", "bag/metadata.yaml"]
 
     def test_a_folder_that_cannot_be_listed_is_an_error(self, maps, monkeypatch):
         scandir = os.scandir

@@ -287,9 +287,9 @@ def _select_entries(connection: sqlite3.Connection) -> Iterator[Entry]:
 
 def _is_sound(entry: Entry) -> bool:
     """Whether an entry has values as `record` writes them, and a folder that is in that of the batch."""
-    *texts, seconds = entry.path, entry.folder, entry.inputs, entry.options, entry.version, entry.seconds
+    texts = [entry.path, entry.folder, entry.inputs, entry.options, entry.version]
     texts += [entry.group, entry.fault, entry.description]
-    if not (all(isinstance(text, str) for text in texts) and isinstance(seconds, int | float)):
+    if not (all(isinstance(text, str) for text in texts) and isinstance(entry.seconds, int | float)):
         return False
     return entry.folder not in {"", ".", ".."} and not {"/", "\0", os.sep}.intersection(entry.folder)
 

@@ -124,7 +124,7 @@ def read_batch(
     work = _Work(Reader.make(**options), describe, walls, graph)
     defaults = {name: parameter.default for name, parameter in signature(read).parameters.items() if name != "path"}
     named = {name: Path(value) for name, value in options.items() if name in FILE_OPTIONS and isinstance(value, str)}
-    digest = digest_options({**defaults, **options, **named, "walls": walls, "graph": graph}, list_input_files)
+    digest = digest_options({**defaults, **options, **named, "walls": walls, "graph": graph})
     items = [_make_item(file, target / name) for file, name in zip(files, name_folders(files), strict=True)]
     describer = "" if describe is None else _identify(describe)
     return Batch(target, READ, digest, run, RESULTS, describer).do_all(items, work, progress)

@@ -22,6 +22,7 @@ from pianta.errors import OptionError, PiantaError
 from pianta.io._files import as_utf8, atomic_file, real_path, short_repr
 from pianta.io._folders import new_folder, remove_remains
 from pianta.reading.read import MAX_JOBS
+from pianta.reading.reading import list_input_files
 
 UNFORESEEN = ("time", "killed", "memory", "unforeseen")  # groups of faults whose message does not name the item
 MAX_NAME_BYTES = 200  # of a folder, which with a number is shorter than the 255 of most disks
@@ -320,20 +321,10 @@ def describe_files(files: Iterable[Path]) -> str:
     return as_utf8("; ".join(described))
 
 
-def _list_option_files(path: Path) -> list[Path]:
-    """The file of an option, or the files in its folder, such as those of symbols."""
-    return sorted(path.iterdir()) if path.is_dir() else [path]
-
-
-def digest_options(
-    options: Mapping[str, Any], list_files: Callable[[Path], Iterable[Path]] = _list_option_files
-) -> str:
-    """A digest of options that change results, with the sizes and times of files among them.
-
-    list_files: the files that a path among the options stands for.
-    """
+def digest_options(options: Mapping[str, Any]) -> str:
+    """A digest of options that change results, with sizes and times of files among them, and of those in folders."""
     described = {
-        name: [str(value), describe_files(list_files(value))] if isinstance(value, Path) else value
+        name: [str(value), describe_files(list_input_files(value))] if isinstance(value, Path) else value
         for name, value in options.items()
     }
     return sha256(json.dumps(described, sort_keys=True, default=repr).encode()).hexdigest()[:16]

@@ -464,7 +464,9 @@ def list_input_files(path: str | Path) -> list[Path]:
     """The file that is read, and the image of a map.yaml, or what is in a folder, such as a bag."""
     file = Path(path)
     if file.is_dir():
-        return [file, *sorted(inner for inner in file.rglob("*") if inner.is_file())]
+        with suppress(OSError):
+            return [file, *sorted(file.iterdir())]
+        return [file]
     if file.suffix.lower() not in {".yaml", ".yml"}:
         return [file]
     from pianta.io.ros_maps import find_map_image

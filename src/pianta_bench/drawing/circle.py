@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 from types import MappingProxyType
 
 import networkx as nx
 
 from pianta.evaluation.floor_scores import score_floor
 from pianta.floor import Floor
-from pianta.generation.type_model import TypeModel
 from pianta.labels import LabelSchema
 from pianta.layout.reconstruct import reconstruct
 from pianta.navigation.robot import ROBOT_RADIUS
@@ -46,21 +44,13 @@ def scan_and_read(floor: Floor, scan: str, schema: LabelSchema, *, seed: int) ->
         ROOMS: scores.rooms.f1,
         DOORS: scores.doors.f1,
         SAME: nx.is_isomorphic(again.graph(), floor.graph()),
-        SAME_LABELLED: nx.is_isomorphic(
-            build_labelled_graph(again),
-            build_labelled_graph(map_labels_upwards(floor, schema)),
-            node_match=lambda one, other: one["label"] == other["label"],
-        ),
+        SAME_LABELLED: have_same_graph(again, map_labels_upwards(floor, schema)),
     }
 
 
-def build_labelled_graph(floor: Floor) -> nx.Graph:
-    """The topological graph with labels of R/C."""
-    graph = floor.graph()
-    nx.set_node_attributes(graph, {room.id: room.labels[R_C] for room in floor}, "label")
-    return graph
-
-
-def leave_geometry_out(model: TypeModel, sources: frozenset[str]) -> TypeModel:
-    """The model without the floors of these sources, whose areas are then unknown; all that `draw_plan` needs."""
-    return replace(model, floors=tuple(floor for floor in model.floors if floor.source not in sources))
+def have_same_graph(one: Floor, other: Floor) -> bool:
+    """Whether the topological graphs with labels of R/C are isomorphic."""
+    graphs = [floor.graph() for floor in (one, other)]
+    for graph, floor in zip(graphs, (one, other), strict=True):
+        nx.set_node_attributes(graph, {room.id: room.labels[R_C] for room in floor}, R_C)
+    return bool(nx.is_isomorphic(*graphs, node_match=lambda first, second: first[R_C] == second[R_C]))

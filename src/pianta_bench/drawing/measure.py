@@ -26,7 +26,7 @@ from pianta.rooms.completion import LABELS, map_labels_upwards
 from pianta_bench.data.annotated_floors import AnnotatedFloor, read_annotated_buildings, set_building_type
 from pianta_bench.data.folders import find_data
 from pianta_bench.drawing import COUNT, SCANNED
-from pianta_bench.drawing.circle import SCANS, leave_geometry_out, scan_and_read
+from pianta_bench.drawing.circle import SCANS, scan_and_read
 from pianta_bench.graphs.measure import PARTS
 from pianta_bench.harness.parallel import run_steps
 from pianta_bench.harness.records import Figures, Item, Results, Track
@@ -62,7 +62,7 @@ class DrawnGraph:
 
 @dataclass(frozen=True, eq=False)
 class _Task:
-    """A graph to draw. model: the areas of its rooms are from. scans: of SCANS, those of the drawn floor."""
+    """A graph to draw. model: rooms get areas of its floors. scans: of SCANS, those of the drawn floor."""
 
     item: str
     part: str
@@ -207,6 +207,11 @@ def _withhold(
             room.pop("area", None)
         tasks.append(_Task(floor.item, WITHHELD, graph, leave_geometry_out(model, building), seed))
     return tasks
+
+
+def leave_geometry_out(model: TypeModel, sources: frozenset[str]) -> TypeModel:
+    """The model without the floors of these sources, whose areas are then unknown; all that `draw_plan` needs."""
+    return replace(model, floors=tuple(floor for floor in model.floors if floor.source not in sources))
 
 
 def _limit_scans(tasks: Sequence[_Task], scanned: int) -> list[_Task]:
