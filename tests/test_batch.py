@@ -9,7 +9,7 @@ import sys
 import time
 from collections import Counter
 from collections.abc import Iterator
-from contextlib import closing, suppress
+from contextlib import ExitStack, closing, suppress
 from pathlib import Path
 from shutil import copytree, rmtree
 
@@ -22,14 +22,18 @@ import pianta
 from pianta.batch import geoparquet, processes
 from pianta.batch.generate_batch import PLAN_SHEET, SHEET, list_plan_files
 from pianta.batch.inputs import RESULT_NAME, SUFFIXES, expand_patterns, list_inputs
-from pianta.batch.journal import Entry, Journal, _as_option_error, read_journals
+from pianta.batch.journal import BEGUN, Entry, Journal, _as_option_error, read_journals
 from pianta.batch.predict_batch import EXPLORED, PICTURE, PLAN_FILES
 from pianta.batch.processes import Fault, run_items
-from pianta.batch.read_batch import _identify
-from pianta.batch.run_batch import digest_options
+from pianta.batch.read_batch import _identify, _is_complete
+from pianta.batch.run_batch import WorkItem, digest_options
+from pianta.building import Building, Storey
+from pianta.cli.batches import ending_by_signal
 from pianta.errors import OptionError
+from pianta.floor import Floor
 from pianta.gridmap import FREE, OCCUPIED, GridMap
 from pianta.io._folders import atomic_folder
+from pianta.io.building_folders import save_building_file
 from pianta.reading._reader import Reader
 from pianta.reading.reading import OPTIONAL, OUTPUTS, Reading, list_input_files
 from pianta.rooms import name_dictionary
@@ -124,6 +128,19 @@ class TestInputs:
             (tmp_path / "bag" / name).write_text(name)
         names = [str(file.relative_to(tmp_path)) for file in list_input_files(tmp_path / "bag")]
         assert names == ["bag", "bag/0.db3", "bag/metadata.yaml"]
+
+    def test_folders_behind_links_are_listed_once(self, maps, tmp_path):
+        (tmp_path / "elsewhere").mkdir()
+        make_map().save(tmp_path / "elsewhere" / "x.npz")
+        (maps / "link").symlink_to(tmp_path / "elsewhere")
+        (maps / "same").symlink_to(maps / "a")
+        (maps / "a" / "circle").symlink_to(maps)
+        assert [path.name for path in list_inputs([maps])] == ["broken.npz", "a.yaml", "b.yaml", "c.yaml", "x.npz"]
+
+    @pytest.mark.parametrize("path", [b"x", 3, None, "", "\0", "\ud800"])
+    def test_what_is_no_path_is_an_error(self, path):
+        with pytest.raises(OptionError, match=r"paths= has .*, (which no file can be called|give paths as texts)$"):
+            list_inputs([path])
 
     def test_a_folder_that_cannot_be_listed_is_an_error(self, maps, monkeypatch):
         scandir = os.scandir
@@ -298,10 +315,73 @@ class TestResume:
         items = pianta.read_batch([maps], out=tmp_path / "out", labels=False, describe=count_rooms)
         assert {item.path.parent.name: item.description for item in items} == {"old": 2, "one": 3}
 
-    def test_a_missing_result_is_read_again(self, maps, tmp_path):
+    def test_a_missing_or_empty_result_is_read_again(self, maps, tmp_path):
         read(maps, tmp_path / "out")
-        (tmp_path / "out" / "b" / "floor.geojson").unlink()
-        assert list_new(read(maps, tmp_path / "out")) == {"b", "broken"}
+        (tmp_path / "out" / "b" / "rooms.png").unlink()
+        (tmp_path / "out" / "c" / "floor.geojson").write_bytes(b"")
+        assert list_new(read(maps, tmp_path / "out")) == {"b", "c", "broken"}
+        assert list_new(read(maps, tmp_path / "out")) == {"broken"}
+
+    def test_a_missing_storey_is_read_again(self, tmp_path):
+        item = WorkItem("", tmp_path, (), "", tmp_path, "", None)
+        for name in ("ground", "first"):
+            (tmp_path / name).mkdir()
+            for file in OUTPUTS:
+                (tmp_path / name / file).write_text("{}")
+        floor = Floor(())
+        save_building_file(Building((Storey(floor, "ground"), Storey(floor, "first"))), tmp_path / "building.json")
+        assert _is_complete(item)
+        (tmp_path / "first" / "grid.npz").unlink()
+        assert not _is_complete(item)
+        (tmp_path / "building.json").write_text("{")
+        assert not _is_complete(item)
+
+    def test_results_that_the_journal_does_not_know_are_not_replaced(self, maps, tmp_path):
+        make_map(3).save(tmp_path / "other.npz")
+        pianta.read(tmp_path / "other.npz", labels=False).save(tmp_path / "out" / "b")
+        before = (tmp_path / "out" / "b" / "floor.geojson").read_bytes()
+        with pytest.raises(OptionError, match=r"folder '.*b' has results that .* not know; move .* resume=False and"):
+            read(maps, tmp_path / "out")
+        assert (tmp_path / "out" / "b" / "floor.geojson").read_bytes() == before
+        assert [path.name for path in (tmp_path / "out").iterdir()] == ["b"]
+        assert list_new(read(maps, tmp_path / "out", resume=False)) == {"a", "b", "c", "broken"}
+        assert list_new(read(maps, tmp_path / "out")) == {"broken"}
+
+    def test_corrections_are_not_given_to_another_file_after_the_journal_was_removed(self, maps, tmp_path):
+        """Two files of one name change places in the list."""
+        (maps / "d").mkdir()
+        make_map(3).save(maps / "d" / "a.yaml")
+        first, second = maps / "a" / "a.yaml", maps / "d" / "a.yaml"
+        [*pianta.read_batch([first], out=tmp_path / "out", labels=False)]
+        floor = tmp_path / "out" / "a" / "floor.geojson"
+        assert run_pianta("correct", floor.parent, "--name", 1, "Aula").code == 0
+        (tmp_path / "out" / "journal.sqlite").unlink()
+        before = floor.read_bytes()
+        for resume in (True, False):
+            with pytest.raises(OptionError, match="has corrections of a floor that the journal does not know; move"):
+                [*pianta.read_batch([second], out=tmp_path / "out", labels=False, resume=resume)]
+        assert floor.read_bytes() == before
+
+    def test_results_without_an_entry_belong_to_the_batch_that_was_ended(self, maps, tmp_path, monkeypatch):
+        def stop(*_: object) -> None:
+            raise KeyboardInterrupt
+
+        (maps / "broken.npz").unlink()
+        with monkeypatch.context() as patched:
+            patched.setattr(Journal, "record", stop)
+            with pytest.raises(KeyboardInterrupt):
+                read(maps, tmp_path / "out")
+        assert [(entry.folder, entry.group) for entry in read_journals(tmp_path / "out")] == [("a", BEGUN)]
+        with pytest.raises(OptionError, match=r"nothing in folder .* has failed, and 3 are still to be done"):
+            read(maps, tmp_path / "out", only_failed=True)
+        assert list_new(read(maps, tmp_path / "out")) == {"a", "b", "c"}
+        assert list_new(read(maps, tmp_path / "out")) == set()
+
+    def test_two_files_do_not_write_into_one_folder_by_a_link(self, maps, tmp_path):
+        (tmp_path / "out" / "a").mkdir(parents=True)
+        (tmp_path / "out" / "b").symlink_to("a")
+        with pytest.raises(OptionError, match=r"folders '.*a' and '.*b' are one folder; remove the link"):
+            read(maps, tmp_path / "out")
 
     def test_functions_with_one_name_do_not_share_descriptions(self, maps, tmp_path):
         read(maps, tmp_path / "out", describe=lambda reading: len(reading.floor))
@@ -420,8 +500,44 @@ class TestResume:
         again = [*pianta.read_batch([maps], out=tmp_path / "out", labels=False)]
         assert [item.is_new for item in again] == 4 * [False]
 
+    def test_a_name_that_spells_the_escape_of_another_one_is_another_file(self, tmp_path):
+        maps = tmp_path / "maps"
+        maps.mkdir()
+        make_map(3).save(maps / "\\xff.npz")
+        make_map().save(maps / "x.npz")
+        os.rename(bytes(maps / "x.npz"), bytes(maps) + b"/\xff.npz")  # noqa: PTH104 - the name is bytes
+        read_maps = {"out": tmp_path / "out", "labels": False, "describe": count_rooms}
+        assert sorted(item.description for item in pianta.read_batch([maps], **read_maps)) == [2, 3]
+        assert [item.is_new for item in pianta.read_batch([maps], **read_maps)] == [False, False]
+        assert [entry.path.removeprefix(str(tmp_path)) for entry in read_journals(tmp_path / "out")] == [
+            "/maps/\\xff.npz",
+            f"file://{tmp_path}/maps/%FF.npz",
+        ]
+        assert [*pianta.collect_batch(tmp_path / "out")] == ["buildings", "rooms", "doors"]
+        os.remove(bytes(maps) + b"/\xff.npz")  # noqa: PTH107 - the name is bytes
+        [*pianta.read_batch([maps], resume=False, **read_maps)]
+        assert len(read_journals(tmp_path / "out")) == 1
+
 
 class TestOutputFolder:
+    @pytest.mark.parametrize("out", ["\0", "\ud800"])
+    def test_what_no_folder_can_be_called_is_refused(self, maps, out):
+        with pytest.raises(OptionError, match=r"^output folder .* cannot be used: "):
+            read(maps, out)
+
+    def test_a_link_to_nothing_is_refused(self, maps, tmp_path):
+        (tmp_path / "out").symlink_to("nowhere")
+        with pytest.raises(OptionError, match=r"'.*out' is a link to what does not exist, remove it or give another"):
+            read(maps, tmp_path / "out")
+
+    def test_a_file_in_the_place_of_results_is_a_fault(self, maps, tmp_path):
+        (tmp_path / "out").mkdir()
+        (tmp_path / "out" / "a").write_text("notes")
+        items = read(maps, tmp_path / "out")
+        assert items["a"].fault.endswith("a' is a file, give another folder")
+        assert (tmp_path / "out" / "a").read_text() == "notes"
+        assert items["b"].fault is None
+
     def test_results_do_not_replace_or_hide_other_inputs(self, maps, tmp_path):
         """The results of house.yaml would be in the folder of another map."""
         for folder in (maps / "a", maps / "b", maps / "c"):
@@ -669,7 +785,7 @@ class TestJournal:
 
     def test_a_damaged_journal_and_that_of_another_program_are_refused(self, tmp_path):
         (tmp_path / "journal.sqlite").write_bytes(b"SQLite format 3\0" + b"x" * 5000)
-        with pytest.raises(OptionError, match=r"cannot be used: .*; remove it, and all files are read again"):
+        with pytest.raises(OptionError, match=r"cannot be used: .*; remove it, and do all again with resume=False"):
             read_journals(tmp_path)
         with closing(sqlite3.connect(tmp_path / "journal-1-of-2.sqlite")) as other:
             other.execute("create table birds (name)")
@@ -685,7 +801,7 @@ class TestJournal:
         with closing(sqlite3.connect(tmp_path / "out" / "journal.sqlite", isolation_level=None)) as journal:
             journal.execute(f"update entries set {column} = {value} where folder = 'a'")  # noqa: S608 - literals above
         for work in (lambda: read(maps, tmp_path / "out"), lambda: pianta.collect_batch(tmp_path / "out")):
-            with pytest.raises(OptionError, match=r"the entry of '.*a\.yaml' is damaged; remove it, and all files"):
+            with pytest.raises(OptionError, match=r"the entry of '.*a\.yaml' is damaged; remove it, and do all"):
                 work()
 
     def test_a_full_disk_is_no_reason_to_remove_it(self, tmp_path):
@@ -837,6 +953,33 @@ class TestCommand:
             assert process.wait(30) == (128 + how if how == signal.SIGTERM else -how)
             if how == signal.SIGTERM:
                 assert "leaked" not in process.stderr.read()
+
+    def test_signals_that_follow_at_once_are_one(self):
+        """The second one must not end what ends the processes."""
+        caught = []
+
+        def send() -> None:
+            with ending_by_signal(), ExitStack() as ends:
+                for number in (signal.SIGINT, signal.SIGTERM):
+                    ends.callback(caught.append, number)
+                    ends.callback(signal.raise_signal, number)
+                signal.raise_signal(signal.SIGTERM)
+
+        with pytest.raises(SystemExit) as ended:
+            send()
+        assert ended.value.code == 128 + signal.SIGTERM
+        assert caught == [signal.SIGTERM, signal.SIGINT]
+
+    def test_a_later_signal_ends_again(self, monkeypatch):
+        monkeypatch.setattr("pianta.cli.batches.PAUSE", 0.0)
+
+        def send() -> None:
+            with ending_by_signal(), ExitStack() as ends:
+                ends.callback(signal.raise_signal, signal.SIGINT)
+                signal.raise_signal(signal.SIGTERM)
+
+        with pytest.raises(KeyboardInterrupt):
+            send()
 
     @pytest.mark.slow
     def test_a_killed_batch_goes_on_where_it_was(self, tmp_path):

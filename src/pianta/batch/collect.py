@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterator
 from contextlib import ExitStack
 from pathlib import Path
+from types import NoneType
 
 from shapely import unary_union
 
+from pianta._arguments import check_argument
 from pianta.batch.geoparquet import TABLES, Row, open_table
 from pianta.batch.journal import Entry, read_journals
+from pianta.batch.run_batch import is_gone
 from pianta.building import Building, Storey
 from pianta.errors import OptionError, PiantaError
 from pianta.io._files import short_repr
@@ -52,6 +54,8 @@ def collect_batch(folder: str | Path, out: str | Path | None = None) -> dict[str
     >>> len(geopandas.read_parquet(pianta.collect_batch("buildings")["rooms"]))
     19
     """
+    check_argument(folder, (str, Path), "folder", "that of `read_batch`")
+    check_argument(out, (str, Path, NoneType), "out", "a folder")
     target = Path(folder if out is None else out)
     check_output_folder(target)
     entries = [entry for entry in read_journals(Path(folder)) if entry.is_done and not _is_removed(entry, Path(folder))]
@@ -69,7 +73,7 @@ def collect_batch(folder: str | Path, out: str | Path | None = None) -> dict[str
 
 def _is_removed(entry: Entry, folder: Path) -> bool:
     """Whether a user has removed a file and its results."""
-    return not (folder / entry.folder).exists() and not os.path.lexists(entry.path)
+    return not (folder / entry.folder).exists() and is_gone(entry.path)
 
 
 def _read_results(folder: Path, entry: Entry) -> Building:

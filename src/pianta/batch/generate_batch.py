@@ -29,7 +29,7 @@ from pianta.batch.world_folders import (
     save_worlds,
 )
 from pianta.errors import OptionError, PiantaError
-from pianta.io._files import short_repr
+from pianta.io._files import is_filled_file, short_repr
 from pianta.io._folders import atomic_folder, check_output_folder
 
 if TYPE_CHECKING:
@@ -152,8 +152,8 @@ def generate_batch(
     if world_options is not None:
         drawing["worlds"] = asdict(world_options)
     digest = digest_options({**options, **graphs, "seed": seed, "model": content, **drawing})
-    batch = Batch(target, "generate", digest, run, [SHEET], "generate")
     work = _Work(sampler, seed, drawing["plans"], world_options)
+    batch = Batch(target, "generate", digest, run, [SHEET], work.is_complete, "generate")
     return batch.do_all([*_list_parts(target, count)], work, progress)
 
 
@@ -308,6 +308,14 @@ class _Work:
     def __call__(self, item: WorkItem[range]) -> WorkResult:
         """Sample the buildings of a part and write them."""
         return collect_warnings(lambda: self._generate(item))
+
+    def is_complete(self, item: WorkItem[range]) -> bool:
+        """Whether all buildings of a part are there, each with content."""
+        names = _name_buildings(item.value)
+        graphs = [f"{name}{suffix}" for name in names for suffix in (".json", ".graphml")]
+        drawn = [PLAN_SHEET, *list_plan_files(names)] if self.plans else []
+        worlds = list_world_files(names, scan=self.worlds.scan) if self.worlds else []
+        return all(is_filled_file(item.folder / name) for name in (SHEET, *graphs, *drawn, *worlds))
 
     def _generate(self, item: WorkItem[range]) -> dict[str, Any]:
         from pianta.evaluation.graph_sets import find_copies, find_fingerprints

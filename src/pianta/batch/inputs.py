@@ -10,7 +10,7 @@ from pathlib import Path
 
 from pianta.batch.journal import has_journal, is_reserved
 from pianta.errors import OptionError
-from pianta.io._files import is_folder, one_line_reason, real_path, short_repr
+from pianta.io._files import check_path, is_folder, one_line_reason, real_path, short_repr
 from pianta.io.bags import is_bag
 from pianta.io.graphs import FLOOR_FILE
 from pianta.io.maps import JSON_SUFFIX, MAP_SUFFIXES
@@ -32,7 +32,7 @@ def list_inputs(paths: Iterable[str | Path]) -> list[Path]:
     A pattern with *, ? or [ ] stands for the files and folders that match, sorted, ** for any folders; a folder for the
     maps and plans in it and its subfolders. Of a folder hidden files, results of `pianta read`, `predict` and
     `generate`, images that a map.yaml names, and YAML files without an image are left out.
-    Raises OptionError, in one line, for a pattern that nothing matches and folders without a map or plan.
+    Raises OptionError, in one line, for what is no path, patterns that nothing matches, folders without a map or plan.
     """
     files: dict[Path, Path] = {}
     for pattern in paths:
@@ -68,7 +68,8 @@ def expand_patterns(paths: Iterable[str | Path]) -> list[Path]:
 
 
 def _expand(pattern: str | Path) -> list[Path]:
-    """The paths that match a pattern; the path itself if it exists, or has no pattern."""
+    """The paths that match a pattern; the path itself if it exists, or has no pattern. Raises OptionError."""
+    check_path(pattern, "paths")
     if not has_magic(str(pattern)) or os.path.lexists(pattern):
         return [Path(pattern)]
     paths = [Path(match) for match in sorted(glob(str(pattern), recursive=True))]  # noqa: PTH207 - Path.glob takes no absolute pattern
@@ -79,10 +80,10 @@ def _expand(pattern: str | Path) -> list[Path]:
 
 
 def _list_folder(folder: Path) -> Iterator[Path]:
-    for name, folders, names in os.walk(folder, onerror=refuse_folder):
+    for name, folders, names in walk_folder(folder):
         is_result = is_result_folder(names)
         bags = [inner for inner in folders if is_bag(Path(name, inner))]
-        folders[:] = sorted(inner for inner in folders if not inner.startswith(".") and inner not in bags)
+        folders[:] = [inner for inner in folders if inner not in bags]
         # A map or a plan may be beside its results
         usable = [file for file in names if not (is_result and RESULT_NAME.fullmatch(file))]
         files = [Path(name, file) for file in usable if not file.startswith(".")]
@@ -106,8 +107,21 @@ def is_result_folder(names: Sequence[str]) -> bool:
     return any(name in RESULTS or (name.startswith("building-") and name.endswith(".graphml")) for name in names)
 
 
-def refuse_folder(error: OSError) -> None:
-    """Raise OptionError for a folder that cannot be listed."""
+def walk_folder(folder: Path) -> Iterator[tuple[str, list[str], list[str]]]:
+    """A folder and the folders in it, as of `os.walk`, sorted, without hidden ones; also behind links, each once.
+
+    Raises OptionError for a folder that cannot be listed.
+    """
+    seen = {real_path(folder)}
+    for name, folders, names in os.walk(folder, onerror=_refuse_folder, followlinks=True):
+        shown = sorted(inner for inner in folders if not inner.startswith("."))
+        real = {inner: real_path(Path(name, inner)) for inner in shown}
+        folders[:] = [inner for inner in shown if real[inner] not in seen]
+        seen.update(real.values())
+        yield name, folders, names
+
+
+def _refuse_folder(error: OSError) -> None:
     raise OptionError(f"folder {short_repr(error.filename)} cannot be listed: {one_line_reason(error)}")
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import re
 import sqlite3
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import closing, suppress
 from dataclasses import astuple, dataclass
 from pathlib import Path
@@ -23,6 +23,7 @@ TABLE_FILES = tuple(f"{table}.parquet" for table in TABLES)  # of `pianta collec
 SUFFIXES = ("", "-wal", "-shm", "-journal")  # of a journal, and of what SQLite writes beside it
 _NAME = re.compile(r"journal(?:-(?P<number>[0-9]+)-of-(?P<total>[0-9]+))?\.sqlite")
 READ = "read"  # the verb of a journal, unless another is given
+BEGUN = "begun"  # the group of an entry whose file may have results, of a batch that was ended before it was recorded
 APPLICATION_ID = 0x7069616E  # "pian", in the header of the file
 FORMAT = 2
 
@@ -51,6 +52,11 @@ class Entry:
         """Whether the file was read."""
         return not self.group
 
+    @property
+    def is_failed(self) -> bool:
+        """Whether the file was tried, and has a fault."""
+        return self.group not in {"", BEGUN}
+
 
 NO_SPACE = ("is full", "disk I/O error")  # of SQLite, if nothing more can be written
 
@@ -59,6 +65,7 @@ _CREATE = """create table if not exists entries (
     seconds real not null, "group" text not null, fault text not null, description text not null)"""
 _CREATE_ABOUT = "create table if not exists about (verb text not null)"
 _RECORD = "insert or replace into entries values (?, ?, ?, ?, ?, ?, ?, ?, ?)"
+_BEGIN = "insert or ignore into entries values (?, ?, '', '', '', 0.0, ?, '', '')"
 _INVALIDATE = "update entries set inputs = '' where path = ?"
 _FORGET = "delete from entries where path = ?"
 _SELECT = """select path, folder, inputs, options, version, seconds, "group", fault, description
@@ -159,11 +166,15 @@ class Journal:
         except sqlite3.Error as error:
             raise _as_option_error(self.file, error) from None
 
-    def invalidate(self, paths: Iterable[str]) -> None:
-        """Let files count as changed: their results are replaced from now on, and may be so without an entry."""
+    def begin(self, folders: Mapping[str, str]) -> None:
+        """Enter files whose results may be written from now on; those with an entry count as changed.
+
+        folders: of the results, by the path of the file.
+        """
         try:
             self._connection.execute("begin immediate")
-            self._connection.executemany(_INVALIDATE, ([path] for path in paths))
+            self._connection.executemany(_BEGIN, ([path, folder, BEGUN] for path, folder in folders.items()))
+            self._connection.executemany(_INVALIDATE, ([path] for path in folders))
             self._connection.execute("commit")
         except sqlite3.Error as error:
             raise _as_option_error(self.file, error) from None
@@ -299,7 +310,7 @@ def _as_option_error(file: Path, error: sqlite3.Error) -> OptionError:
         return OptionError(
             f"journal {short_repr(file)} is in use by another pianta, wait for it or give another folder"
         )
-    remedy = "remove it, and all files are read again"
+    remedy = "remove it, and do all again with resume=False"
     if any(text in str(error) for text in NO_SPACE):
         remedy = "free space on its disk, and go on by the same command"
     elif not os.access(file.parent, os.W_OK) or (file.exists() and not os.access(file, os.R_OK | os.W_OK)):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import warnings
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -10,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pianta._arguments import check_argument
-from pianta.batch.inputs import expand_patterns, refuse_folder
+from pianta.batch.inputs import expand_patterns, walk_folder
 from pianta.batch.run_batch import (
     Batch,
     BatchItem,
@@ -25,7 +24,7 @@ from pianta.batch.run_batch import (
 )
 from pianta.errors import BuildingWarning, FloorError, GraphError, LabelError, OptionError, PiantaError
 from pianta.floor import Floor
-from pianta.io._files import real_path, short_repr
+from pianta.io._files import is_filled_file, real_path, short_repr
 from pianta.io._folders import atomic_folder, check_output_folder, number_outputs
 from pianta.io.graphs import FLOOR_FILE
 from pianta.reading.read import name_folders
@@ -132,7 +131,7 @@ def predict_batch(
     names = name_folders([file.parent if file.name == FLOOR_FILE else file for file in files])
     items = [_make_item(file, target / name) for file, name in zip(files, names, strict=True)]
     work = _Work(FloorPredictor(model, count, seed, explored, as_printed, plans))
-    batch = Batch(target, "predict", digest, run, [PREDICTION], "predict")
+    batch = Batch(target, "predict", digest, run, [PREDICTION], work.is_complete, "predict")
     return batch.do_all(items, work, progress, check=lambda item: name_samples(item.path, count, item.folder))
 
 
@@ -166,8 +165,7 @@ def list_floors(paths: Iterable[str | Path]) -> list[Path]:
 
 
 def _list_folder(folder: Path) -> Iterator[Path]:
-    for name, folders, names in os.walk(folder, onerror=refuse_folder):
-        folders[:] = sorted(inner for inner in folders if not inner.startswith("."))
+    for name, _, names in walk_folder(folder):
         if FLOOR_FILE in names:
             yield Path(name, FLOOR_FILE)
 
@@ -186,6 +184,12 @@ class _Work:
     def __call__(self, item: WorkItem[None]) -> WorkResult:
         """Predict a floor and write the results."""
         return collect_warnings(lambda: self._predict(item))
+
+    def is_complete(self, item: WorkItem[Any]) -> bool:
+        """Whether all results of a floor are there, each with content."""
+        samples = [f"{name}.json" for name in number_outputs("sample", self.predictor.count, None)]
+        plans = PLAN_FILES[len(PLANS) :] if self.predictor.plans else ()
+        return all(is_filled_file(item.folder / name) for name in (PREDICTION, PICTURE, *plans, *samples))
 
     def _predict(self, item: WorkItem[None]) -> dict[str, Any]:
         names = name_samples(item.path, self.predictor.count, item.folder)

@@ -8,7 +8,7 @@ import signal
 import threading
 import time
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, wait
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
@@ -20,6 +20,7 @@ from types import FrameType
 from typing import TYPE_CHECKING, ClassVar, Generic, TypeVar
 
 from pianta.errors import OptionError, PiantaError
+from pianta.io._files import one_line_reason
 from pianta.io._folders import remove_open_folders
 
 if TYPE_CHECKING:
@@ -63,7 +64,7 @@ def run_items(
     *,
     jobs: int,
     time_limit: float | None = None,
-) -> Iterator[Outcome[Item, Result]]:
+) -> Generator[Outcome[Item, Result]]:
     """The outcome of each item, in the order in which they end.
 
     work: a function of a module, which processes can import. jobs: processes; with 1 the items run in this one, where
@@ -169,7 +170,10 @@ class _Context(SpawnContext):
 
 @contextmanager
 def _open_pool(jobs: int) -> Iterator[ProcessPool]:
-    """Processes that end with the block; what still runs then is not waited for: nothing of it is half-written."""
+    """Processes that end with the block; what still runs then is not waited for: nothing of it is half-written.
+
+    Raises OptionError if they cannot be started.
+    """
     from pebble import ProcessPool
 
     # A forked process would inherit the locks that threads of OpenCV and BLAS hold
@@ -181,10 +185,20 @@ def _open_pool(jobs: int) -> Iterator[ProcessPool]:
         initargs=[threads],
     )
     try:
+        _start(pool)
         yield pool
     finally:
         pool.stop()
         pool.join()
+
+
+def _start(pool: ProcessPool) -> None:
+    """Start the processes of a pool. Raises OptionError if the system refuses them."""
+    try:
+        _ = pool.active
+    except (BrokenProcessPool, OSError) as error:
+        reason = one_line_reason(error.__cause__ or error)
+        raise OptionError(f"processes cannot be started: {reason}; give jobs=1") from None
 
 
 def _prepare_process(threads: int) -> None:

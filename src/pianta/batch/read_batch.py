@@ -25,10 +25,10 @@ from pianta.batch.run_batch import (
     digest_options,
     name_file,
 )
-from pianta.errors import OptionError
-from pianta.io._files import short_repr
+from pianta.errors import FloorError, OptionError
+from pianta.io._files import is_filled_file, short_repr
 from pianta.io._folders import check_output_folder
-from pianta.io.building_folders import BUILDING_FILE
+from pianta.io.building_folders import BUILDING_FILE, read_storey_folders
 from pianta.reading._reader import Reader, ReadOptions
 from pianta.reading.read import name_folders, read
 from pianta.reading.reading import OUTPUTS, Reading, check_output, has_corrections, list_input_files
@@ -66,7 +66,8 @@ def read_batch(
         Processes. From 2 on a process that crashes is replaced, and its file read once more.
     resume
         Whether files that the journal has as read, with these options and by this version, are not read again unless
-        they have changed, or lack a description that is asked for.
+        they have changed, or lack a result or a description that is asked for. If not, results are also replaced of
+        which the journal does not know from which file they are.
     only_failed
         Whether only files are read that have failed.
     shard
@@ -94,7 +95,8 @@ def read_batch(
     Raises
     ------
     OptionError, ModelError, LabelError
-        As of `read_all`, before the first file is read; the journal is of another program, or in use.
+        As of `read_all`, before the first file is read; the journal is of another program, or in use; `out` has
+        results or corrections that the journal does not know.
 
     Warns
     -----
@@ -127,7 +129,7 @@ def read_batch(
     digest = digest_options({**defaults, **options, **named, "walls": walls, "graph": graph})
     items = [_make_item(file, target / name) for file, name in zip(files, name_folders(files), strict=True)]
     describer = "" if describe is None else _identify(describe)
-    return Batch(target, READ, digest, run, RESULTS, describer).do_all(items, work, progress)
+    return Batch(target, READ, digest, run, RESULTS, _is_complete, describer).do_all(items, work, progress)
 
 
 def _check_function(describe: Callable[[Reading], Any], *, is_sent: bool) -> None:
@@ -159,6 +161,16 @@ def _make_item(file: Path, folder: Path) -> WorkItem[None]:
     return WorkItem(name_file(file), folder, tuple(inputs), describe_files(inputs), file, undone, None)
 
 
+def _is_complete(item: WorkItem[None]) -> bool:
+    """Whether all results of a file are there, each with content."""
+    try:
+        storeys = read_storey_folders(item.folder)
+    except FloorError:
+        return False
+    folders = [item.folder / name for name in storeys.titles] if storeys else [item.folder]
+    return all(is_filled_file(folder / name) for folder in folders for name in OUTPUTS)
+
+
 @dataclass(frozen=True)
 class _Work:
     """What is done for each file, in a process."""
@@ -174,6 +186,7 @@ class _Work:
 
     def _read(self, item: WorkItem[None]) -> Any:  # noqa: ANN401  # what JSON can hold
         check_output(item.path, item.folder)
+        check_output_folder(item.folder)
         # What people have corrected in an older result is corrected in the new one
         reader = self.reader.keep(item.folder) if has_corrections(item.folder) else self.reader
         reading = reader.read(item.path)

@@ -6,25 +6,28 @@ import json
 import os
 import re
 import warnings
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
+from contextlib import closing, suppress
 from dataclasses import dataclass, replace
 from hashlib import sha256
 from itertools import chain
 from pathlib import Path
 from types import ModuleType, NoneType
 from typing import Any, Generic, TypeVar
+from urllib.parse import unquote_to_bytes
 
 from pianta import __version__
 from pianta._arguments import check_argument
-from pianta.batch.journal import FAULTS, Entry, Journal, check_journals, is_reserved, name_journal, read_siblings
+from pianta.batch.journal import BEGUN, FAULTS, Entry, Journal, check_journals, is_reserved, name_journal, read_siblings
 from pianta.batch.processes import Fault, Outcome, end_in_start, run_items
 from pianta.errors import OptionError, PiantaError
-from pianta.io._files import as_utf8, atomic_file, real_path, short_repr
+from pianta.io._files import as_utf8, atomic_file, is_utf8, real_path, short_repr
 from pianta.io._folders import new_folder, remove_remains
 from pianta.reading.read import MAX_JOBS
-from pianta.reading.reading import list_input_files
+from pianta.reading.reading import has_corrections, list_input_files
 
 UNFORESEEN = ("time", "killed", "memory", "unforeseen")  # groups of faults whose message does not name the item
+FILE_ADDRESS = "file://"
 MAX_NAME_BYTES = 200  # of a folder, which with a number is shorter than the 255 of most disks
 _SHARD = re.compile(r"([1-9][0-9]{0,5})/([1-9][0-9]{0,5})")
 
@@ -133,9 +136,9 @@ class RunOptions:
 class Batch:
     """A batch in an output folder.
 
-    verb: of the command. options: the digest of what changes results. describer: what makes the descriptions of
-    results, for which items with those of another one are done again; empty for none. results: files of which a folder
-    of results has one.
+    verb: of the command. options: the digest of what changes results. results: files of which a folder of results has
+    one. is_complete: whether an item has all results. describer: what makes the descriptions of results, empty for
+    none; items with those of another one are done again.
     """
 
     out: Path
@@ -143,6 +146,7 @@ class Batch:
     options: str
     run: RunOptions
     results: Sequence[str]
+    is_complete: Callable[[WorkItem[Any]], bool]
     describer: str = ""
 
     def do_all(
@@ -164,30 +168,71 @@ class Batch:
                 remove_remains(self.out)
             if part is None and not self.run.resume:
                 keys = {item.key for item in listed}
-                journal.forget(key for key in journal.read_entries() if key not in keys and not os.path.lexists(key))
+                journal.forget(key for key in journal.read_entries() if key not in keys and is_gone(key))
             entries = journal.read_entries()
             items = [*_choose_folders(listed, [*read_siblings(self.out, part), *entries.values()])]
             _check_folders(items)
             for item in items:
                 check(item)
             items = [item for item in items if part is None or _is_in(item.key, part)]
+            self._refuse_unknown(item.folder for item in items if item.key not in entries)
             done = [item for item in items if self.run.resume and self._is_done(item, entries.get(item.key))]
             done_keys = {item.key for item in done}
             left = [item for item in items if item.key not in done_keys]
             if self.run.only_failed:
                 left = self._choose_failed(left, entries)
-            journal.invalidate(item.key for item in left if item.key in entries)
             report = progress or (lambda _done, _all: None)
             report(0, len(left))
             for item in done:
                 yield self._describe_entry(item, entries[item.key], is_new=False)
-            for count, outcome in enumerate(self._run_anywhere(work, left), start=1):
-                entry = self._make_entry(outcome)
-                journal.record(entry)
+            for count, (item, entry, issued) in enumerate(self._do(work, left, journal, entries), start=1):
                 report(count, len(left))
-                for warning in outcome.result.warnings if outcome.result else ():
+                for warning in issued:
                     warnings.warn(warning, stacklevel=2)
-                yield self._describe_entry(outcome.item, entry, is_new=True)
+                yield self._describe_entry(item, entry, is_new=True)
+
+    def _do(
+        self,
+        work: Callable[[WorkItem[Value]], WorkResult],
+        items: Sequence[WorkItem[Value]],
+        journal: Journal,
+        before: Mapping[str, Entry],
+    ) -> Iterator[tuple[WorkItem[Value], Entry, Sequence[Warning]]]:
+        """Do items; each with its entry, which is in the journal, and its warnings.
+
+        before: the entries of earlier batches.
+        """
+        # The results of an item may be there before its entry says so, and must not be taken for those of others
+        journal.begin({item.key: item.folder.name for item in items})
+        new = {item.key: item.folder for item in items if item.key not in before}
+        try:
+            with closing(self._run_anywhere(work, items)) as outcomes:
+                for outcome in outcomes:
+                    entry = self._make_entry(outcome)
+                    journal.record(entry)
+                    new.pop(entry.path, None)
+                    yield outcome.item, entry, outcome.result.warnings if outcome.result else ()
+        finally:
+            # Workers of a cluster may still write results
+            if self.run.scheduler is None:
+                with suppress(OptionError):  # of a full disk, which has ended the batch
+                    journal.forget(key for key, folder in new.items() if not folder.exists())
+
+    def _refuse_unknown(self, folders: Iterable[Path]) -> None:
+        """Raise OptionError if folders of items without an entry have results, which may be of others.
+
+        Without resuming they are replaced, but not what people have corrected.
+        """
+        unknown = [folder for folder in folders if any((folder / name).is_file() for name in self.results)]
+        corrected = [folder for folder in unknown if has_corrections(folder)]
+        if corrected:
+            fault = f"folder {short_repr(corrected[0])} has corrections of a floor that the journal does not know"
+            raise OptionError(f"{fault}; move it to another place, or give another output folder")
+        if unknown and self.run.resume:
+            fault = f"folder {short_repr(unknown[0])} has results that the journal does not know"
+            others = f" (of {len(unknown)} such folders)" if len(unknown) > 1 else ""
+            remedy = "move it to another place, or give resume=False and it is replaced"
+            raise OptionError(f"{fault}{others}; {remedy}")
 
     def _open_journal(self, part: tuple[int, int] | None) -> Journal:
         check_journals(self.out, part, self.verb)
@@ -198,11 +243,11 @@ class Batch:
         folder = short_repr(self.out)
         if left and not entries:
             raise OptionError(f"folder {folder} has no journal yet, so nothing has failed; leave out only_failed=")
-        before = [entries[item.key] for item in left if item.key in entries]
+        before = [entries[item.key] for item in left if item.key in entries and entries[item.key].group != BEGUN]
         if any((entry.options, entry.version) != (self.options, __version__) for entry in before):
             fault = f"folder {folder} has results with other options or of another version"
             raise OptionError(f"{fault}; give the same options, or leave out only_failed= and all are done again")
-        failed = [item for item in left if item.key in entries and not entries[item.key].is_done]
+        failed = [item for item in left if item.key in entries and entries[item.key].is_failed]
         if left and not failed:
             fault = f"nothing in folder {folder} has failed, and {len(left)} are still to be done"
             raise OptionError(f"{fault}; leave out only_failed=")
@@ -210,7 +255,7 @@ class Batch:
 
     def _run_anywhere(
         self, work: Callable[[WorkItem[Value]], WorkResult], items: Sequence[WorkItem[Value]]
-    ) -> Iterator[Outcome[WorkItem[Value], WorkResult]]:
+    ) -> Generator[Outcome[WorkItem[Value], WorkResult]]:
         """The outcome of each item, from processes of this machine or from a cluster."""
         run = self.run
         if run.scheduler is None:
@@ -224,8 +269,8 @@ class Batch:
         return (replace(outcome, item=relative[outcome.item.key]) for outcome in outcomes)
 
     def _is_done(self, item: WorkItem[Value], entry: Entry | None) -> bool:
-        """Whether an item was done as it is, with these options, and its results are there."""
-        if entry is None or not entry.is_done or not any((item.folder / name).is_file() for name in self.results):
+        """Whether an item was done as it is, with these options, and its results are all there."""
+        if entry is None or not entry.is_done or not self.is_complete(item):
             return False
         if self.describer and not self._has_description(entry):
             return False
@@ -289,24 +334,39 @@ def _choose_folders(items: Iterable[WorkItem[Value]], entries: Iterable[Entry]) 
 
 
 def _check_folders(items: Sequence[WorkItem[Value]]) -> None:
-    """Raise OptionError if the folder of an item has files that are read.
+    """Raise OptionError if the folder of an item has files that are read, or is that of another item, by a link.
 
-    Results would replace some of them, and hide others from the next run.
+    Results would replace some of the files, and hide others from the next run.
     """
     folders: dict[Path, Path] = {}
     for file in chain.from_iterable(item.files for item in items):
         for parent in real_path(file).parents:
             folders.setdefault(parent, file)
+    owners: dict[Path, Path] = {}
     for item in items:
-        if inside := folders.get(real_path(item.folder)):
+        real = real_path(item.folder)
+        if inside := folders.get(real):
             fault = f"file {short_repr(inside)} is in folder {short_repr(item.folder)}, in which the results of"
             raise OptionError(f"{fault} {short_repr(item.path)} would be; give another output folder")
+        if (other := owners.setdefault(real, item.folder)) != item.folder:
+            fault = f"folders {short_repr(other)} and {short_repr(item.folder)} are one folder"
+            raise OptionError(f"{fault}; remove the link, or give another output folder")
 
 
 def name_file(file: Path) -> str:
-    """The key of a file: its absolute path, without `..` where that leads to the same file."""
+    """The key of a file: its absolute path, without `..` where that leads to the same file.
+
+    A path with bytes that are no UTF-8 becomes a file: address, as escapes may be the name of another file.
+    """
     absolute = Path(os.path.abspath(file))  # noqa: PTH100 - Path.resolve follows links, which machines may have others of
-    return as_utf8(str(absolute if real_path(absolute) == real_path(file) else file.absolute()))
+    named = absolute if real_path(absolute) == real_path(file) else file.absolute()
+    return str(named) if is_utf8(str(named)) else named.as_uri()
+
+
+def is_gone(key: str) -> bool:
+    """Whether the file of a key, as of `name_file`, is not there any more."""
+    is_address = key.startswith(FILE_ADDRESS)
+    return not os.path.lexists(unquote_to_bytes(key.removeprefix(FILE_ADDRESS)) if is_address else key)
 
 
 def describe_files(files: Iterable[Path]) -> str:

@@ -91,12 +91,13 @@ def save_worlds(
             raise PiantaError(f"the world of {outcome.item[1]} cannot be made: {outcome.fault.message}")
 
 
-def list_world_files(names: Iterable[str]) -> list[str]:
-    """The files of the worlds of buildings."""
+def list_world_files(names: Iterable[str], *, scan: bool = True) -> list[str]:
+    """The files of the worlds of buildings; scan: with those of their scans."""
+    scans = SCAN_FILES if scan else ()
     return [
         f"{folder}/{file}"
         for name in names
-        for folder, files in ((name, WORLD_FILES), (name_scan(name), SCAN_FILES))
+        for folder, files in ((name, WORLD_FILES), (name_scan(name), scans))
         for file in files
     ]
 

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import errno
+import os
 import sys
 from collections.abc import Iterable, Sequence
+from contextlib import suppress
 from importlib import import_module
 from importlib.metadata import EntryPoint, entry_points
 from io import TextIOWrapper
@@ -36,6 +39,12 @@ VERBS = {
 }
 # Entry points of packages that add verbs, each a typer.Typer.
 PLUGINS = "pianta.verbs"
+# What a system may lack, and the remedy.
+LACKS = {
+    errno.ENOSPC: "free space where the output goes",
+    errno.EDQUOT: "free space where the output goes",
+    errno.EMFILE: "raise the number of open files, `ulimit -n`",
+}
 # Verbs of packages that may not be installed, and the extra that installs each.
 EXTRAS = {"bench": "bench"}
 
@@ -91,11 +100,22 @@ def main(arguments: Sequence[str] | None = None) -> None:
         print_error(error)
         sys.exit(2)
     except OSError as error:
-        if error.filename is None:
-            raise
+        _print_refusal(error)
+        sys.exit(2)
+
+
+def _print_refusal(error: OSError) -> None:
+    """Print what the system refuses as one line; raise the error again if it may be our fault."""
+    if error.filename is not None:
         # Names of files that the system refuses when they are first looked for, as those that are too long
         print_error(OptionError(f"{short_repr(error.filename)} cannot be used: {one_line_reason(error)}"))
-        sys.exit(2)
+    elif error.errno in LACKS:
+        # What is left in the buffer would fail once more at the end
+        with suppress(OSError, ValueError):
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        print_error(OptionError(f"the system refuses: {one_line_reason(error)}; {LACKS[error.errno]}"))
+    else:
+        raise error
 
 
 def run_app(app: typer.Typer, arguments: Sequence[str]) -> None:

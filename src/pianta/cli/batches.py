@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import gc
+import math
 import os
 import signal
 import sys
 import threading
+import time
 from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -25,6 +27,7 @@ from pianta.errors import OptionError, PiantaError
 from pianta.io._files import count_noun, short_repr
 from pianta.reading.read import MAX_JOBS, name_folders
 
+PAUSE = 1.0  # s between two signals that end a program; the second one ends it also where the first is dropped
 GARBAGE_THRESHOLD = 700  # new objects after which Python collects garbage, its own default
 
 Jobs = Annotated[
@@ -144,24 +147,33 @@ def run_batch(
 def ending_by_signal() -> Iterator[list[int]]:
     """A block that SIGTERM, of a cluster whose time is over, ends as Ctrl+C does: with its processes.
 
-    So does SIGHUP, of a terminal that is closed, unless `nohup` has it ignored. The list has what Ctrl+C sends.
+    So does SIGHUP, of a terminal that is closed, unless `nohup` has it ignored. The list has what Ctrl+C sends. Signals
+    that follow at once are one: another exception would end what ends the processes.
     """
     interrupts: list[int] = []
     if threading.current_thread() is not threading.main_thread():
         yield interrupts
         return
 
-    def interrupt(number: int, frame: FrameType | None) -> None:
-        interrupts.append(number)
-        signal.default_int_handler(number, frame)
+    last = -math.inf
+
+    def end(number: int, frame: FrameType | None) -> None:
+        nonlocal last
+        before, last = last, time.monotonic()
+        if last - before < PAUSE:
+            return
+        if number == signal.SIGINT:
+            interrupts.append(number)
+            signal.default_int_handler(number, frame)
+        sys.exit(128 + number)
 
     numbers = [signal.SIGTERM, *([signal.SIGHUP] if hasattr(signal, "SIGHUP") else [])]
     before = {number: signal.getsignal(number) for number in numbers if signal.getsignal(number) != signal.SIG_IGN}
     for number in before:
-        signal.signal(number, lambda caught, _: sys.exit(128 + caught))
+        signal.signal(number, end)
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
         before[signal.SIGINT] = signal.default_int_handler
-        signal.signal(signal.SIGINT, interrupt)
+        signal.signal(signal.SIGINT, end)
     try:
         yield interrupts
     finally:

@@ -12,7 +12,7 @@ from pathlib import Path
 from reprlib import Repr
 from secrets import token_hex
 
-from pianta.errors import MapError, PiantaError
+from pianta.errors import MapError, OptionError, PiantaError
 
 MAX_CELLS = 300_000_000  # of a map or picture, such as 16,000 × 16,000; 300 MB in memory
 
@@ -31,6 +31,28 @@ def short_repr(value: object) -> str:
 def as_utf8(path: str) -> str:
     """A path that files of text can hold: bytes that are no UTF-8 become escapes."""
     return os.fsencode(path).decode(errors="backslashreplace")
+
+
+def is_utf8(path: str) -> bool:
+    """Whether a path has no bytes other than UTF-8."""
+    return as_utf8(path) == path
+
+
+def is_filled_file(file: Path) -> bool:
+    """Whether a file is there and not empty, as the files of a machine that lost its power may be."""
+    return file.is_file() and file.stat().st_size > 0
+
+
+def check_path(path: object, argument: str) -> None:
+    """Raise OptionError for a value of an argument that cannot be the path of a file."""
+    if not isinstance(path, str | Path):
+        raise OptionError(f"{argument}= has {short_repr(path)}, give paths as texts")
+    try:
+        is_possible = str(path) != "" and b"\0" not in os.fsencode(path)
+    except UnicodeEncodeError:
+        is_possible = False
+    if not is_possible:
+        raise OptionError(f"{argument}= has {short_repr(path)}, which no file can be called")
 
 
 def one_line_reason(exception: BaseException) -> str:

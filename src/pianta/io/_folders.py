@@ -27,11 +27,18 @@ _TEMPORARY = re.compile(r"\.pianta-[0-9a-f]{16}")
 
 def check_output_folder(folder: Path) -> None:
     """Raise OptionError, in one line, for a folder that cannot be created or written into."""
+    parents = (folder, *folder.parents)
     try:
+        with suppress(FileNotFoundError, NotADirectoryError):
+            folder.lstat()  # refuses what no folder can be called
+        dangling = next((path for path in parents if path.is_symlink() and not path.exists()), None)
         # The root always exists, and so does "." of a relative path.
-        existing = next(path for path in (folder, *folder.parents) if path.exists())
+        existing = next(path for path in parents if path.exists())
     except (OSError, ValueError) as exception:
         raise OptionError(f"output folder {short_repr(folder)} cannot be used: {one_line_reason(exception)}") from None
+    if dangling:
+        fault = f"{short_repr(dangling)} is a link to what does not exist"
+        raise OptionError(f"output folder {short_repr(folder)}: {fault}, remove it or give another folder")
     if not existing.is_dir():
         raise OptionError(f"output folder {short_repr(folder)}: {short_repr(existing)} is a file, give another folder")
     if not os.access(existing, os.W_OK | os.X_OK):
