@@ -137,6 +137,29 @@ class TestInputs:
         (maps / "a" / "circle").symlink_to(maps)
         assert [path.name for path in list_inputs([maps])] == ["broken.npz", "a.yaml", "b.yaml", "c.yaml", "x.npz"]
 
+    def test_an_image_may_be_in_another_folder_than_its_map(self, maps):
+        (maps / "a" / "images").mkdir()
+        (maps / "a" / "a.png").rename(maps / "a" / "images" / "a.png")
+        yaml = (maps / "a" / "a.yaml").read_text()
+        (maps / "a" / "a.yaml").write_text(yaml.replace("a.png", "images/a.png"))
+        assert [path.name for path in list_inputs([maps])] == ["broken.npz", "a.yaml", "b.yaml", "c.yaml"]
+
+    def test_the_path_without_links_names_a_file(self, maps):
+        (maps / "0-current").symlink_to("a")
+        assert maps / "a" / "a.yaml" in list_inputs([maps])
+
+    def test_results_without_their_floor_are_no_inputs(self, maps):
+        read(maps, maps / "out")
+        (maps / "out" / "a" / "floor.geojson").unlink()
+        assert list_new(read(maps, maps / "out")) == {"a", "broken"}
+
+    def test_results_that_match_a_pattern_of_the_shell_are_passed_over(self, maps):
+        for _ in range(2):
+            listed = [maps / "a", maps / "b"] + [maps / "out"] * (maps / "out").exists()
+            assert [item.fault for item in pianta.read_batch(listed, out=maps / "out", labels=False)] == [None, None]
+        with pytest.raises(OptionError, match=r"folder '.*out' has no map or plan"):
+            list_inputs([maps / "out"])
+
     @pytest.mark.parametrize("path", [b"x", 3, None, "", "\0", "\ud800"])
     def test_what_is_no_path_is_an_error(self, path):
         with pytest.raises(OptionError, match=r"paths= has .*, (which no file can be called|give paths as texts)$"):
@@ -361,6 +384,100 @@ class TestResume:
             with pytest.raises(OptionError, match="has corrections of a floor that the journal does not know; move"):
                 [*pianta.read_batch([second], out=tmp_path / "out", labels=False, resume=resume)]
         assert floor.read_bytes() == before
+
+    def test_a_batch_that_is_refused_forgets_nothing(self, maps, tmp_path):
+        """Corrected maps are on a disk that is not mounted, and another one has their name."""
+        read(maps, tmp_path / "out")
+        assert run_pianta("correct", tmp_path / "out" / "a", "--name", 1, "Aula").code == 0
+        away = (maps / "a").rename(tmp_path / "away")
+        (maps / "other").mkdir()
+        make_map(3).save(maps / "other" / "a.yaml")
+        items = read(maps, tmp_path / "out", resume=False)
+        assert (items["a"].folder.name, items["a"].fault) == ("a-2", None)
+        away.rename(maps / "a")
+        assert {item.folder.name for item in pianta.read_batch([maps], out=tmp_path / "out", labels=False)} == {
+            *("a", "a-2", "b", "c", "broken"),
+        }
+
+    def test_what_was_not_begun_is_not_done_again(self, maps, tmp_path, monkeypatch):
+        """Ctrl+C in the first map of a batch with another option, given by mistake."""
+        (maps / "broken.npz").unlink()
+        read(maps, tmp_path / "out")
+        usual = Reader.read
+
+        def stop(reader: Reader, path: str | Path) -> Reading:
+            if Path(path).stem == "b":
+                raise KeyboardInterrupt
+            return usual(reader, path)
+
+        with monkeypatch.context() as patched:
+            patched.setattr(Reader, "read", stop)
+            with pytest.raises(KeyboardInterrupt):
+                read(maps, tmp_path / "out", graph=True)
+        assert list_new(read(maps, tmp_path / "out")) == {"a"}
+
+    def test_a_folder_that_is_moved_ends_the_batch(self, maps, tmp_path, monkeypatch):
+        usual = Reader.read
+
+        def move(reader: Reader, path: str | Path) -> Reading:
+            if Path(path).stem == "b":
+                (tmp_path / "out").rename(tmp_path / "moved")
+            return usual(reader, path)
+
+        monkeypatch.setattr(Reader, "read", move)
+        with pytest.raises(OptionError, match="out' was moved or removed while the batch was running; move it back"):
+            read(maps, tmp_path / "out")
+
+    def test_parts_forget_files_that_are_gone(self, maps, tmp_path):
+        for number in (1, 2):
+            read(maps, tmp_path / "out", shard=f"{number}/2")
+        (maps / "a").rename(maps / "d")
+        for number in (1, 2):
+            read(maps, tmp_path / "out", shard=f"{number}/2", resume=False)
+        assert {Path(entry.path).parent.name for entry in read_journals(tmp_path / "out")} == {"maps", "b", "c", "d"}
+
+    def test_results_of_another_command_are_not_replaced(self, maps, tmp_path):
+        (tmp_path / "out" / "a").mkdir(parents=True)
+        (tmp_path / "out" / "a" / "prediction.json").write_text("{}")
+        with pytest.raises(OptionError, match="a' has results that the journal does not know"):
+            read(maps, tmp_path / "out")
+
+    @pytest.mark.parametrize("name", ["floor.geojson", "uncorrected.geojson"])
+    def test_damaged_results_with_corrections_are_kept_and_named(self, maps, tmp_path, name):
+        read(maps, tmp_path / "out")
+        assert run_pianta("correct", tmp_path / "out" / "a", "--name", 1, "Aula").code == 0
+        (tmp_path / "out" / "a" / name).write_bytes(b"")
+        (item,) = pianta.read_batch([maps / "a"], out=tmp_path / "out", labels=False)
+        assert "the corrections of '" in item.fault
+        assert item.fault.endswith("a' to another place, and the file is read without its corrections")
+        assert (tmp_path / "out" / "a" / "corrections.json").exists()
+
+    def test_an_empty_map_with_corrections_is_made_again(self, maps, tmp_path):
+        read(maps, tmp_path / "out")
+        assert run_pianta("correct", tmp_path / "out" / "a", "--name", 1, "Aula").code == 0
+        (tmp_path / "out" / "a" / "grid.npz").write_bytes(b"")
+        (item,) = pianta.read_batch([maps / "a"], out=tmp_path / "out", labels=False)
+        assert (item.fault, item.is_new) == (None, True)
+        assert pianta.read_floor(tmp_path / "out" / "a" / "floor.geojson")[1].name == "Aula"
+
+    def test_corrected_storeys_stay_and_are_collected(self, maps, tmp_path):
+        geopandas = pytest.importorskip("geopandas")
+        house = tmp_path / "house"
+        storeys = ("--storey", "ground:0", "--storey", "first:3", "-o", house, "--no-labels")
+        assert run_pianta("read", maps / "a" / "a.yaml", maps / "b" / "b.yaml", *storeys).code == 0
+        (tmp_path / "plans").mkdir()
+        assert run_pianta("convert", house, "--to", "ifc", "-o", tmp_path / "plans" / "house.ifc").code == 0
+        read_house = {"out": tmp_path / "out", "labels": False}
+        assert [item.fault for item in pianta.read_batch([tmp_path / "plans"], **read_house)] == [None]
+        assert run_pianta("correct", tmp_path / "out" / "house" / "first", "--name", 1, "Aula").code == 0
+        os.utime(tmp_path / "plans" / "house.ifc", (1, 1))
+        (item,) = pianta.read_batch([tmp_path / "plans"], **read_house)
+        assert "has several storeys, of which some were corrected" in item.fault
+        buildings = geopandas.read_parquet(pianta.collect_batch(tmp_path / "out")["buildings"])
+        assert sorted(buildings["storey"]) == ["first", "ground"]
+        (tmp_path / "out" / "journal.sqlite").unlink()
+        with pytest.raises(OptionError, match="house' has corrections of a floor that the journal does not know"):
+            [*pianta.read_batch([tmp_path / "plans"], resume=False, **read_house)]
 
     def test_results_without_an_entry_belong_to_the_batch_that_was_ended(self, maps, tmp_path, monkeypatch):
         def stop(*_: object) -> None:

@@ -18,13 +18,15 @@ from pianta.errors import OptionError, PiantaError
 from pianta.io._files import short_repr
 from pianta.io._folders import atomic_folder, check_output_folder
 from pianta.io.building_folders import read_building_folder
+from pianta.reading.reading import has_corrections
 
 
 def collect_batch(folder: str | Path, out: str | Path | None = None) -> dict[str, Path]:
     """Write buildings.parquet, rooms.parquet and doors.parquet of all files that were read into a folder.
 
     Each storey is a row of buildings; geometries are metres in the frame of its own map, so rooms of two buildings may
-    lie over each other. Of a door to no room `other_room` is missing.
+    lie over each other. Of a door to no room `other_room` is missing. Buildings with corrections stay in the tables if
+    their file has changed and cannot be read.
 
     Parameters
     ----------
@@ -58,7 +60,7 @@ def collect_batch(folder: str | Path, out: str | Path | None = None) -> dict[str
     check_argument(out, (str, Path, NoneType), "out", "a folder")
     target = Path(folder if out is None else out)
     check_output_folder(target)
-    entries = [entry for entry in read_journals(Path(folder)) if entry.is_done and not _is_removed(entry, Path(folder))]
+    entries = [entry for entry in read_journals(Path(folder)) if _has_results(entry, Path(folder))]
     if not entries:
         raise OptionError(f"the journal of {short_repr(folder)} has no file that was read, so there is no table")
     with atomic_folder(target) as new, ExitStack() as stack:
@@ -71,9 +73,14 @@ def collect_batch(folder: str | Path, out: str | Path | None = None) -> dict[str
     return {table: target / f"{table}.parquet" for table in TABLES}
 
 
-def _is_removed(entry: Entry, folder: Path) -> bool:
-    """Whether a user has removed a file and its results."""
-    return not (folder / entry.folder).exists() and is_gone(entry.path)
+def _has_results(entry: Entry, folder: Path) -> bool:
+    """Whether an entry has results: not those that a user has removed with their file.
+
+    What people have corrected stays if the file cannot be read again.
+    """
+    if not entry.is_done:
+        return has_corrections(folder / entry.folder)
+    return (folder / entry.folder).exists() or not is_gone(entry.path)
 
 
 def _read_results(folder: Path, entry: Entry) -> Building:

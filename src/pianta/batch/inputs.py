@@ -20,13 +20,15 @@ from pianta.plan.sheets.map_or_plan import PLAN_SUFFIXES
 # JSON files are read if they are given themselves: most in folders are no maps
 SUFFIXES = tuple(suffix for suffix in dict.fromkeys([*MAP_SUFFIXES, *PLAN_SUFFIXES]) if suffix != JSON_SUFFIX)
 RESULTS = (FLOOR_FILE, "prediction.json")  # in folders of results
+READING = frozenset({"graph.json", "grid.npz", "rooms.png"})
 # Files in such folders that could be taken for maps or plans.
 RESULT_NAME = re.compile(r"(picture|rooms|paper|explain|plans|sheet|building-[0-9]+)\.png|(grid|explored|shares)\.npz")
 _IMAGE_LINE = re.compile(rb"^\s*[\"']?image[\"']?\s*:[ \t]*[\"']?([^\"'#\r\n]*)", re.MULTILINE)
+REMEDY = "give one with a map.yaml, pictures or drawings"
 HEAD_BYTES = 65536  # of a YAML file, in which a map names its image
 
 
-def list_inputs(paths: Iterable[str | Path]) -> list[Path]:
+def list_inputs(paths: Sequence[str | Path]) -> list[Path]:
     """The files of maps and plans, each once, in the given order.
 
     A pattern with *, ? or [ ] stands for the files and folders that match, sorted, ** for any folders; a folder for the
@@ -40,11 +42,13 @@ def list_inputs(paths: Iterable[str | Path]) -> list[Path]:
         if matches != [Path(pattern)]:
             matches = [path for path in matches if not _is_result(path)]
         inside = [file for path in matches for file in _list_path(path)]
-        if not inside:
-            remedy = "give one with a map.yaml, pictures or drawings"
-            raise OptionError(f"folder {short_repr(pattern)} has no map or plan, {remedy}")
+        # The results of an earlier run may be beside the files, and match as they do
+        if not inside and not all(map(has_journal, matches)):
+            raise OptionError(f"folder {short_repr(pattern)} has no map or plan, {REMEDY}")
         for file in inside:
             files.setdefault(real_path(file), file)
+    if not files and paths:
+        raise OptionError(f"folder {short_repr(paths[0])} has no map or plan, {REMEDY}")
     return [*files.values()]
 
 
@@ -79,22 +83,27 @@ def _expand(pattern: str | Path) -> list[Path]:
     return matches
 
 
-def _list_folder(folder: Path) -> Iterator[Path]:
+def _list_folder(folder: Path) -> list[Path]:
+    found: list[Path] = []
+    images: set[Path] = set()
     for name, folders, names in walk_folder(folder):
+        if is_bag(name):
+            folders.clear()
+            found.append(name)
+            continue
         is_result = is_result_folder(names)
-        bags = [inner for inner in folders if is_bag(Path(name, inner))]
-        folders[:] = [inner for inner in folders if inner not in bags]
         # A map or a plan may be beside its results
         usable = [file for file in names if not (is_result and RESULT_NAME.fullmatch(file))]
-        files = [Path(name, file) for file in usable if not file.startswith(".")]
+        files = [name / file for file in usable if not file.startswith(".")]
         named = {file: _find_image(file) for file in files if file.suffix.lower() in YAML_SUFFIXES}
         maps = [file for file, image in named.items() if image is not None]
-        images = {real_path(image) for image in named.values() if image}
+        images |= {real_path(image) for image in named.values() if image}
         others = [
             file for file in files if file.suffix.lower() in SUFFIXES and file.suffix.lower() not in YAML_SUFFIXES
         ]
-        chosen = [*maps, *(file for file in others if real_path(file) not in images)]
-        yield from sorted([*chosen, *(Path(name, bag) for bag in bags)])
+        found += sorted([*maps, *others])
+    # An image may be in another folder than the map that names it
+    return [file for file in found if file.suffix.lower() in YAML_SUFFIXES or real_path(file) not in images]
 
 
 def _is_result(path: Path) -> bool:
@@ -104,21 +113,30 @@ def _is_result(path: Path) -> bool:
 
 def is_result_folder(names: Sequence[str]) -> bool:
     """Whether files with these names in a folder are results of `pianta read`, `predict` or `generate`."""
-    return any(name in RESULTS or (name.startswith("building-") and name.endswith(".graphml")) for name in names)
+    is_reading = READING.issubset(names)  # also without its floor, which may have been lost
+    return is_reading or any(
+        name in RESULTS or (name.startswith("building-") and name.endswith(".graphml")) for name in names
+    )
 
 
-def walk_folder(folder: Path) -> Iterator[tuple[str, list[str], list[str]]]:
-    """A folder and the folders in it, as of `os.walk`, sorted, without hidden ones; also behind links, each once.
+def walk_folder(folder: Path) -> Iterator[tuple[Path, list[str], list[str]]]:
+    """A folder and the folders in it, as of `os.walk`, sorted, without hidden ones; those behind links last, each once.
 
     Raises OptionError for a folder that cannot be listed.
     """
-    seen = {real_path(folder)}
-    for name, folders, names in os.walk(folder, onerror=_refuse_folder, followlinks=True):
-        shown = sorted(inner for inner in folders if not inner.startswith("."))
-        real = {inner: real_path(Path(name, inner)) for inner in shown}
-        folders[:] = [inner for inner in shown if real[inner] not in seen]
-        seen.update(real.values())
-        yield name, folders, names
+    waiting, seen = [folder], set()
+    while waiting:
+        for name, folders, names in os.walk(waiting.pop(0), onerror=_refuse_folder):
+            path = Path(name)
+            folders.sort()
+            if (real := real_path(path)) in seen:
+                folders.clear()
+                continue
+            seen.add(real)
+            shown = [inner for inner in folders if not inner.startswith(".")]
+            waiting += [path / inner for inner in shown if (path / inner).is_symlink()]
+            folders[:] = [inner for inner in shown if not (path / inner).is_symlink()]
+            yield path, folders, names
 
 
 def _refuse_folder(error: OSError) -> None:

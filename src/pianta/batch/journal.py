@@ -110,6 +110,7 @@ class Journal:
         self._connection.execute("commit")
         # Programs with another part of the batch read whose journal it is while this one writes
         self._connection.execute("pragma wal_checkpoint(truncate)")
+        self._status = self.file.stat()
 
     def _check_format(self) -> None:
         (application,), (version,) = (
@@ -179,8 +180,22 @@ class Journal:
         except sqlite3.Error as error:
             raise _as_option_error(self.file, error) from None
 
+    def restore(self, entries: Mapping[str, Entry | None]) -> None:
+        """Put back entries as they were before `begin`, by the path of their file; None removes one."""
+        self.forget(path for path, entry in entries.items() if entry is None)
+        for entry in entries.values():
+            if entry is not None:
+                self.record(entry)
+
     def record(self, entry: Entry) -> None:
-        """Write an entry, over the one before of the same file."""
+        """Write an entry, over the one before of the same file. Raises OptionError also if the journal was moved."""
+        try:
+            is_there = os.path.samestat(self.file.stat(), self._status)
+        except OSError:
+            is_there = False
+        if not is_there:
+            fault = f"folder {short_repr(self.file.parent)} was moved or removed while the batch was running"
+            raise OptionError(f"{fault}; move it back, and go on by the same command")
         try:
             self._connection.execute(_RECORD, astuple(entry))
         except sqlite3.Error as error:

@@ -167,7 +167,7 @@ def list_floors(paths: Iterable[str | Path]) -> list[Path]:
 def _list_folder(folder: Path) -> Iterator[Path]:
     for name, _, names in walk_folder(folder):
         if FLOOR_FILE in names:
-            yield Path(name, FLOOR_FILE)
+            yield name / FLOOR_FILE
 
 
 def _make_item(file: Path, folder: Path) -> WorkItem[None]:
@@ -350,7 +350,8 @@ def _find_remedy(error: PiantaError, model: TypeModel, explored: int | None) -> 
     is_complete = isinstance(error, GraphError) and "nothing to predict" in str(error)
     if is_complete and explored is None:
         return "; to try it on a whole floor give explored=K"
-    return "; give a smaller explored=" if is_complete else ""
+    remedy = "give a smaller explored=" if explored and explored > 1 else "leave out this floor"
+    return f"; {remedy}" if is_complete else ""
 
 
 def _warn(graph: nx.Graph, truth: RevealedFloor | None, model: TypeModel, floor: Path) -> None:

@@ -25,13 +25,14 @@ from pianta.batch.run_batch import (
     digest_options,
     name_file,
 )
-from pianta.errors import FloorError, OptionError
+from pianta.corrections.corrections_file import FILE_NAME as CORRECTIONS
+from pianta.errors import CorrectionError, FloorError, OptionError
 from pianta.io._files import is_filled_file, short_repr
-from pianta.io._folders import check_output_folder
+from pianta.io._folders import check_output_folder, finish_changes
 from pianta.io.building_folders import BUILDING_FILE, read_storey_folders
 from pianta.reading._reader import Reader, ReadOptions
 from pianta.reading.read import name_folders, read
-from pianta.reading.reading import OUTPUTS, Reading, check_output, has_corrections, list_input_files
+from pianta.reading.reading import OUTPUTS, UNCORRECTED, Reading, check_output, has_corrections, list_input_files
 
 RESULTS = (OUTPUTS[0], BUILDING_FILE)
 MARSHAL_VERSION = 2
@@ -118,7 +119,7 @@ def read_batch(
     run = RunOptions(jobs, resume, only_failed, shard, time_limit, scheduler)
     if describe is not None:
         _check_function(describe, is_sent=jobs > 1 or scheduler is not None)
-    files = list_inputs(paths)
+    files = list_inputs([*paths])
     if options.get("previous") is not None:
         raise OptionError(f"previous= is one floor and {len(files)} files are given, read each file on its own")
     target = Path(out)
@@ -168,7 +169,9 @@ def _is_complete(item: WorkItem[None]) -> bool:
     except FloorError:
         return False
     folders = [item.folder / name for name in storeys.titles] if storeys else [item.folder]
-    return all(is_filled_file(folder / name) for folder in folders for name in OUTPUTS)
+    files = [folder / name for folder in folders for name in OUTPUTS]
+    files += [folder / UNCORRECTED for folder in folders if (folder / CORRECTIONS).exists()]
+    return all(map(is_filled_file, files))
 
 
 @dataclass(frozen=True)
@@ -187,8 +190,20 @@ class _Work:
     def _read(self, item: WorkItem[None]) -> Any:  # noqa: ANN401  # what JSON can hold
         check_output(item.path, item.folder)
         check_output_folder(item.folder)
+        finish_changes(item.folder)
         # What people have corrected in an older result is corrected in the new one
-        reader = self.reader.keep(item.folder) if has_corrections(item.folder) else self.reader
-        reading = reader.read(item.path)
+        reading = self._read_corrected(item) if has_corrections(item.folder) else self.reader.read(item.path)
         reading.save(item.folder, walls=self.walls, graph=self.graph)
         return self.describe(replace(reading, folder=item.folder)) if self.describe else None
+
+    def _read_corrected(self, item: WorkItem[None]) -> Reading:
+        """The reading of a file whose folder has corrections. Raises PiantaError if these do not fit."""
+        folder = item.folder
+        remedy = f"move folder {short_repr(folder)} to another place, and the file is read without its corrections"
+        if not (folder / CORRECTIONS).exists():
+            fault = f"plan {short_repr(item.path)} has several storeys, of which some were corrected"
+            raise OptionError(f"{fault}, and corrections of storeys are not applied again; {remedy}")
+        try:
+            return self.reader.keep(folder).read(item.path)
+        except (FloorError, CorrectionError, OptionError) as error:
+            raise type(error)(f"the corrections of {short_repr(item.path)} do not fit it: {error}; {remedy}") from None

@@ -18,11 +18,13 @@ from urllib.parse import unquote_to_bytes
 
 from pianta import __version__
 from pianta._arguments import check_argument
+from pianta.batch.inputs import is_result_folder
 from pianta.batch.journal import BEGUN, FAULTS, Entry, Journal, check_journals, is_reserved, name_journal, read_siblings
 from pianta.batch.processes import Fault, Outcome, end_in_start, run_items
 from pianta.errors import OptionError, PiantaError
 from pianta.io._files import as_utf8, atomic_file, is_utf8, real_path, short_repr
 from pianta.io._folders import new_folder, remove_remains
+from pianta.io.building_folders import BUILDING_FILE
 from pianta.reading.read import MAX_JOBS
 from pianta.reading.reading import has_corrections, list_input_files
 
@@ -166,10 +168,9 @@ class Batch:
         with new_folder(self.out), self._open_journal(part) as journal:
             if part is None:
                 remove_remains(self.out)
-            if part is None and not self.run.resume:
-                keys = {item.key for item in listed}
-                journal.forget(key for key in journal.read_entries() if key not in keys and is_gone(key))
             entries = journal.read_entries()
+            forgotten = self._list_forgotten(listed, entries)
+            entries = {key: entry for key, entry in entries.items() if key not in forgotten}
             items = [*_choose_folders(listed, [*read_siblings(self.out, part), *entries.values()])]
             _check_folders(items)
             for item in items:
@@ -181,6 +182,8 @@ class Batch:
             left = [item for item in items if item.key not in done_keys]
             if self.run.only_failed:
                 left = self._choose_failed(left, entries)
+            # Nothing is refused from here on
+            journal.forget(forgotten)
             report = progress or (lambda _done, _all: None)
             report(0, len(left))
             for item in done:
@@ -190,6 +193,19 @@ class Batch:
                 for warning in issued:
                     warnings.warn(warning, stacklevel=2)
                 yield self._describe_entry(item, entry, is_new=True)
+
+    def _list_forgotten(self, listed: Sequence[WorkItem[Value]], entries: Mapping[str, Entry]) -> list[str]:
+        """The keys of entries of no use: begun without results, and without resuming of files that are gone.
+
+        Corrections would lose their file, which may be on a disk that comes back.
+        """
+        keys = {item.key for item in listed}
+        return [
+            key
+            for key, entry in entries.items()
+            if (entry.group == BEGUN and not (self.out / entry.folder).exists())
+            or (not self.run.resume and key not in keys and is_gone(key) and not _is_corrected(self.out / entry.folder))
+        ]
 
     def _do(
         self,
@@ -202,29 +218,36 @@ class Batch:
 
         before: the entries of earlier batches.
         """
+        left = {item.key: (item.folder, self._describe_results(item.folder)) for item in items}
         # The results of an item may be there before its entry says so, and must not be taken for those of others
-        journal.begin({item.key: item.folder.name for item in items})
-        new = {item.key: item.folder for item in items if item.key not in before}
+        journal.begin({key: folder.name for key, (folder, _) in left.items()})
         try:
             with closing(self._run_anywhere(work, items)) as outcomes:
                 for outcome in outcomes:
                     entry = self._make_entry(outcome)
                     journal.record(entry)
-                    new.pop(entry.path, None)
+                    del left[entry.path]
                     yield outcome.item, entry, outcome.result.warnings if outcome.result else ()
         finally:
             # Workers of a cluster may still write results
             if self.run.scheduler is None:
+                untouched = [
+                    key for key, (folder, results) in left.items() if self._describe_results(folder) == results
+                ]
                 with suppress(OptionError):  # of a full disk, which has ended the batch
-                    journal.forget(key for key, folder in new.items() if not folder.exists())
+                    journal.restore({key: before.get(key) for key in untouched})
+
+    def _describe_results(self, folder: Path) -> str:
+        """What changes if the results in a folder are replaced."""
+        return describe_files([folder, *(folder / name for name in self.results)])
 
     def _refuse_unknown(self, folders: Iterable[Path]) -> None:
         """Raise OptionError if folders of items without an entry have results, which may be of others.
 
         Without resuming they are replaced, but not what people have corrected.
         """
-        unknown = [folder for folder in folders if any((folder / name).is_file() for name in self.results)]
-        corrected = [folder for folder in unknown if has_corrections(folder)]
+        unknown = [folder for folder in folders if folder.is_dir() and self._has_results(folder)]
+        corrected = [folder for folder in unknown if _is_corrected(folder)]
         if corrected:
             fault = f"folder {short_repr(corrected[0])} has corrections of a floor that the journal does not know"
             raise OptionError(f"{fault}; move it to another place, or give another output folder")
@@ -233,6 +256,11 @@ class Batch:
             others = f" (of {len(unknown)} such folders)" if len(unknown) > 1 else ""
             remedy = "move it to another place, or give resume=False and it is replaced"
             raise OptionError(f"{fault}{others}; {remedy}")
+
+    def _has_results(self, folder: Path) -> bool:
+        """Whether a folder has results, also of another command."""
+        names = [file.name for file in folder.iterdir()]
+        return not {*self.results, BUILDING_FILE}.isdisjoint(names) or is_result_folder(names)
 
     def _open_journal(self, part: tuple[int, int] | None) -> Journal:
         check_journals(self.out, part, self.verb)
@@ -316,6 +344,14 @@ class Batch:
         fault = None if entry.is_done else entry.fault
         description = json.loads(entry.description)["value"] if self.describer else None
         return BatchItem(item.path, item.folder, fault, entry.group, entry.seconds, is_new, description)
+
+
+def _is_corrected(folder: Path) -> bool:
+    """Whether a folder has what people have corrected, or may have it."""
+    try:
+        return has_corrections(folder)
+    except PiantaError:
+        return True
 
 
 def _choose_folders(items: Iterable[WorkItem[Value]], entries: Iterable[Entry]) -> Iterator[WorkItem[Value]]:

@@ -345,11 +345,7 @@ class Reading:
 
 def _list_others(folder: Path, folders: Sequence[Path]) -> list[Path]:
     """The folders from which results of an older reading go: of storeys, and of the building itself if it has some."""
-    with suppress(FloorError):  # of a damaged building.json, which is replaced
-        older = read_storey_folders(folder)
-        storeys = [folder / name for name in older.titles if (folder / name).is_dir()] if older else []
-        return [path for path in (folder, *storeys) if path not in folders]
-    return [folder] if folder not in folders else []
+    return [path for path in (folder, *_list_storeys(folder)) if path not in folders]
 
 
 def _remove_empty(folders: Sequence[Path]) -> None:
@@ -444,9 +440,17 @@ def check_corrections(folder: str | Path, previous: object = None) -> None:
 
 
 def has_corrections(folder: Path) -> bool:
-    """Whether a folder has a floor that people have corrected."""
-    file = folder / FILE_NAME
-    return file.exists() and bool(read_corrections(file))
+    """Whether a folder has a floor that people have corrected, or a building with such a storey."""
+    files = [each / FILE_NAME for each in (folder, *_list_storeys(folder))]
+    return any(file.exists() and bool(read_corrections(file)) for file in files)
+
+
+def _list_storeys(folder: Path) -> list[Path]:
+    """The folders of the storeys in a folder; none for a single floor."""
+    with suppress(FloorError):  # of a damaged building.json
+        older = read_storey_folders(folder)
+        return [folder / name for name in older.titles if (folder / name).is_dir()] if older else []
+    return []
 
 
 def _check_corrections_stayed(folder: Path, previous: tuple[Correction, ...]) -> None:

@@ -94,7 +94,7 @@ class SavedReading:
         corrections = tuple(read_corrections(path / FILE_NAME)) if os.path.lexists(path / FILE_NAME) else ()
         uncorrected = read_floor(path / UNCORRECTED) if corrections else floor
         corrected, outcomes = correct_all(uncorrected, corrections) if corrections else (floor, [])
-        grid = read_npz_map(path / GRID) if (path / GRID).exists() else None
+        grid = read_npz_map(path / GRID) if (path / GRID).exists() and (path / GRID).stat().st_size else None
         _check_same_building(path, floor, corrected, grid)
         scale = PlanScale.from_json(read_scale_member(path / (UNCORRECTED if corrections else FLOOR)))
         return cls(path, uncorrected, floor, corrections, tuple(outcomes), grid, _read_paper(path / PAPER), scale)
