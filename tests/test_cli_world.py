@@ -107,3 +107,8 @@ def test_the_package_runs_as_the_command(monkeypatch, capsys):
         runpy.run_module("pianta", run_name="__main__")
     assert ended.value.code == 0
     assert "--noise" in capsys.readouterr().out
+
+
+def test_quiet_prints_nothing(tmp_path):
+    assert [*run_pianta("world", "corridor", "-o", tmp_path / "world", "-q")] == [0, "", ""]
+    assert (tmp_path / "world" / "map.yaml").exists()

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import shapely
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from shapely import LineString, Polygon, box
 
@@ -22,6 +22,7 @@ from pianta.worlds.floors import FLOOR_MAKERS, make_floor
 
 LEFT, MIDDLE, RIGHT = box(0, 0, 4, 3), box(4, 0, 9, 3), box(9, 0, 12, 3)
 LINE = LineString([(4, 1), (4, 2)])
+EXAMPLES = 40  # of a test that compares floors several times
 
 cuts = st.lists(st.integers(1, 19), min_size=1, max_size=6, unique=True).map(lambda inner: [0, *sorted(inner), 20])
 
@@ -200,6 +201,7 @@ def test_the_same_floor_stays_as_it_is(floor):
 
 
 @pytest.mark.slow
+@settings(max_examples=EXAMPLES)
 @given(tilings(), tilings())
 def test_ids_are_unique_and_new_or_old(floor, previous):
     same_ids = keep_room_ids(floor, previous)
@@ -210,6 +212,7 @@ def test_ids_are_unique_and_new_or_old(floor, previous):
 
 
 @pytest.mark.slow
+@settings(max_examples=EXAMPLES)
 @given(tilings(), tilings(), st.data())
 def test_ids_do_not_depend_on_the_order_and_the_numbers_of_the_rooms(floor, previous, data):
     numbers = data.draw(st.permutations(range(1, len(floor.rooms) + 1)))
@@ -347,6 +350,7 @@ def test_a_floor_has_its_ids_again_after_a_step_that_is_cut_differently(floor, c
 
 
 @pytest.mark.slow
+@settings(max_examples=EXAMPLES)
 @given(tilings(), tilings(), tilings())
 def test_ids_are_unique_with_earlier_floors_and_new_ones_are_new(floor, previous, earlier):
     result = keep_room_ids(floor, previous, earlier=[earlier])

@@ -101,6 +101,9 @@ def find_fault(name: str) -> str | None:
 
 def find_turns_in_code(code: str) -> Iterator[tuple[int, str]]:
     """Of comments, docstrings and messages."""
+    # Most files have none, and tokens take much longer
+    if not TURN.search(code):
+        return
     texts = {tokenize.COMMENT, tokenize.STRING, getattr(tokenize, "FSTRING_MIDDLE", tokenize.STRING)}
     for token in tokenize.generate_tokens(io.StringIO(code).readline):
         if token.type in texts:

@@ -313,9 +313,9 @@ class _Work:
         """Whether all buildings of a part are there, each with content."""
         names = _name_buildings(item.value)
         graphs = [f"{name}{suffix}" for name in names for suffix in (".json", ".graphml")]
-        drawn = [PLAN_SHEET, *list_plan_files(names)] if self.plans else []
+        plans = [PLAN_SHEET, *list_plan_files(names)] if self.plans else []
         worlds = list_world_files(names, scan=self.worlds.scan) if self.worlds else []
-        return all(is_filled_file(item.folder / name) for name in (SHEET, *graphs, *drawn, *worlds))
+        return all(is_filled_file(item.folder / name) for name in (SHEET, *graphs, *plans, *worlds))
 
     def _generate(self, item: WorkItem[range]) -> dict[str, Any]:
         from pianta.evaluation.graph_sets import find_copies, find_fingerprints

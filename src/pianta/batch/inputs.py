@@ -84,12 +84,12 @@ def _expand(pattern: str | Path) -> list[Path]:
 
 
 def _list_folder(folder: Path) -> list[Path]:
-    found: list[Path] = []
+    inputs: list[Path] = []
     images: set[Path] = set()
     for name, folders, names in walk_folder(folder):
         if is_bag(name):
             folders.clear()
-            found.append(name)
+            inputs.append(name)
             continue
         is_result = is_result_folder(names)
         # A map or a plan may be beside its results
@@ -101,9 +101,9 @@ def _list_folder(folder: Path) -> list[Path]:
         others = [
             file for file in files if file.suffix.lower() in SUFFIXES and file.suffix.lower() not in YAML_SUFFIXES
         ]
-        found += sorted([*maps, *others])
+        inputs += sorted([*maps, *others])
     # An image may be in another folder than the map that names it
-    return [file for file in found if file.suffix.lower() in YAML_SUFFIXES or real_path(file) not in images]
+    return [file for file in inputs if file.suffix.lower() in YAML_SUFFIXES or real_path(file) not in images]
 
 
 def _is_result(path: Path) -> bool:
@@ -124,18 +124,18 @@ def walk_folder(folder: Path) -> Iterator[tuple[Path, list[str], list[str]]]:
 
     Raises OptionError for a folder that cannot be listed.
     """
-    waiting, seen = [folder], set()
+    waiting, visited = [folder], set()
     while waiting:
         for name, folders, names in os.walk(waiting.pop(0), onerror=_refuse_folder):
             path = Path(name)
             folders.sort()
-            if (real := real_path(path)) in seen:
+            if (real := real_path(path)) in visited:
                 folders.clear()
                 continue
-            seen.add(real)
-            shown = [inner for inner in folders if not inner.startswith(".")]
-            waiting += [path / inner for inner in shown if (path / inner).is_symlink()]
-            folders[:] = [inner for inner in shown if not (path / inner).is_symlink()]
+            visited.add(real)
+            visible = [inner for inner in folders if not inner.startswith(".")]
+            waiting += [path / inner for inner in visible if (path / inner).is_symlink()]
+            folders[:] = [inner for inner in visible if not (path / inner).is_symlink()]
             yield path, folders, names
 
 

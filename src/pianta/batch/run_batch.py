@@ -219,7 +219,7 @@ class Batch:
         before: the entries of earlier batches.
         """
         left = {item.key: (item.folder, self._describe_results(item.folder)) for item in items}
-        # The results of an item may be there before its entry says so, and must not be taken for those of others
+        # Results may be there before their entry says so, and must not be taken for those of another command
         journal.begin({key: folder.name for key, (folder, _) in left.items()})
         try:
             with closing(self._run_anywhere(work, items)) as outcomes:
@@ -242,7 +242,7 @@ class Batch:
         return describe_files([folder, *(folder / name for name in self.results)])
 
     def _refuse_unknown(self, folders: Iterable[Path]) -> None:
-        """Raise OptionError if folders of items without an entry have results, which may be of others.
+        """Raise OptionError if folders of items without an entry have results, perhaps of another command.
 
         Without resuming they are replaced, but not what people have corrected.
         """

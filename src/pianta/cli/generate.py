@@ -308,4 +308,6 @@ def _print_counts(sizes: Sequence[int], model: TypeModel, *, copies: int, repeat
 
 
 def _describe_sizes(sizes: Sequence[int]) -> str:
+    if min(sizes) == max(sizes):
+        return count_noun(min(sizes), "room") + (" each" if len(sizes) > 1 else "")
     return f"{min(sizes)} to {max(sizes)} rooms, {sum(sizes) / len(sizes):.1f} on average"

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 
 import typer
 
-from pianta.cli.terminal import describe_floor, print_result
+from pianta.cli.terminal import Quiet, describe_floor, print_result
 from pianta.io._folders import atomic_folder, check_output_folder
 from pianta.io.floors import save_floor
 from pianta.io.ros_maps import save_ros_map
@@ -53,6 +53,7 @@ def make_world(
     door_leaves: DoorLeaves = False,
     glass_spray: GlassSpray = False,
     yaw: Yaw = None,
+    quiet: Quiet = False,
 ) -> None:
     """Make a building and the map that a robot would make of it: a synthetic one, or one of a building type.
 
@@ -77,5 +78,6 @@ def make_world(
     with atomic_folder(out) as new:
         save_ros_map(grid, new / "map.yaml")
         save_floor(floor, new / "truth.geojson")
-    print_result(f"{describe_floor(floor)}, in {out}")
-    print_result(f"next: pianta read {quote(str(out / 'map.yaml'))} -o {quote(str(out / 'read'))}")
+    if not quiet:
+        print_result(f"{describe_floor(floor)}, in {out}")
+        print_result(f"next: pianta read {quote(str(out / 'map.yaml'))} -o {quote(str(out / 'read'))}")

@@ -15,8 +15,9 @@ from pianta.floor import Floor
 from pianta.generation.drawing.arms import find_arm
 from pianta.generation.drawing.blocks import DOOR_CELLS, NARROWEST, Cells, measure_contacts, paint_cells
 from pianta.generation.drawing.choices import Edge
+from pianta.generation.drawing.gaps import close_gaps, measure_cell
 from pianta.generation.drawing.layouts import MARGIN_CELLS, Layout, find_layouts
-from pianta.generation.drawing.losses import ROOM_FACTOR, find_missing_doors, measure_arms, measure_shape, measure_width
+from pianta.generation.drawing.losses import ROOM_FACTOR, find_missing_doors, measure_arms, measure_form, measure_width
 from pianta.generation.drawing.room_sizes import sample_areas
 from pianta.generation.drawing.walls import build_plan
 from pianta.generation.type_model import TypeModel, prepare_room_graph
@@ -24,7 +25,7 @@ from pianta.graphs.metrics import find_corridors
 
 # All chosen by hand, on generated schools.
 FINISHED = 8  # layouts, the best ones, that get arms; more, up to MOST_FINISHED, while doors are missing
-MOST_FINISHED = 16
+MOST_FINISHED = 36
 REPEATS = 1  # of arms, in another order, while doors are missing
 WIDEST_ARM = 7  # cells
 
@@ -101,15 +102,17 @@ def draw_plan(graph: nx.Graph, model: TypeModel, *, seed: int = 0) -> DrawnPlan:
         raise OptionError(f"seed is {seed}, give 0 or more")
     prepared = prepare_room_graph(graph, model.schema)
     rng = np.random.default_rng(seed)
-    # Each room gets the area of a room of the type
-    areas = sample_areas(prepared, model, rng)
+    # Each room gets the area of a room of the type, most of them those of one floor
+    areas = sample_areas(prepared, model, rng, from_one_floor=True)
     # Spanning trees are drawn without overlaps: corridors as strips, their rooms on both sides
     layouts = find_layouts(prepared, find_corridors(prepared, model.schema), areas, rng)
-    # Doors outside the tree get arms through free space, in the best layouts first
+    # Doors outside the tree get arms through free space, in the best layouts first; rooms grow into narrow gaps
     plan = _choose_plan(layouts, prepared, model, rng)
-    # Cells become rooms between walls, with a door for each edge
     doors = [edge for edge in prepared.edges if edge not in plan.missing]
-    floor = build_plan(plan.cells, prepared, doors, rng, building_type=model.building_type)
+    # Rooms that have grown have the areas of the type together
+    side = measure_cell(plan.cells, sum(areas.values()))
+    # Cells become rooms between walls, with a door for each edge
+    floor = build_plan(plan.cells, prepared, doors, rng, building_type=model.building_type, side=side)
     return DrawnPlan(floor, tuple(sorted((one + 1, other + 1) for one, other in plan.missing)))
 
 
@@ -171,8 +174,10 @@ def _add_arms(
                 arms += 1
                 used += int(arm.sum()) * (1 if room in corridors else ROOM_FACTOR)
                 break
+    close_gaps(cells, [*graph])
     missing = find_missing_doors(cells, graph)
-    return _Candidate(cells, measure_shape(layout.block) + measure_arms(cells, arms, used), missing)
+    loss = measure_form(layout.block, cells, corridors) + measure_arms(cells, arms, used)
+    return _Candidate(cells, loss, missing)
 
 
 def _list_arms(cells: Cells, first: int, second: int) -> Iterator[tuple[int, int, int]]:

@@ -11,14 +11,14 @@ from numpy.typing import NDArray
 
 from pianta.generation.drawing.blocks import CELL, Block, paint_cells
 from pianta.generation.drawing.choices import Choices, Edge, sample_choices
-from pianta.generation.drawing.losses import find_missing_doors, measure_gaps, measure_shape
+from pianta.generation.drawing.losses import find_missing_doors, measure_form, measure_gaps
 from pianta.generation.drawing.strips import TreeLayout
 
 # All chosen by hand, on generated schools.
 TREES = 36  # layouts at random
 IMPROVED = 2  # of them, the best ones, that are improved
 MARGIN_CELLS = 10  # around a layout, for arms
-CHANGES = 60  # that each of these tries
+CHANGES = 180  # that each of these tries
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,4 +83,5 @@ class _LayoutSearch:
         block = TreeLayout(self.graph, self.areas, self.corridors, choices).draw()
         cells = paint_cells(block, MARGIN_CELLS)
         missing = find_missing_doors(cells, self.graph)
-        return Layout(choices, block, measure_shape(block) + measure_gaps(cells, missing, self.corridors), missing)
+        loss = measure_form(block, cells, self.corridors) + measure_gaps(cells, missing, self.corridors)
+        return Layout(choices, block, loss, missing)

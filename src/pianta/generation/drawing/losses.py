@@ -16,11 +16,13 @@ from pianta.generation.drawing.choices import Edge
 Mask = NDArray[np.bool_]
 Pixels = NDArray[np.uint8]  # 0 and 1
 
-# What a layout loses, besides its bounding box over its area. All chosen by hand, on generated schools.
+# What a layout loses, besides its bounding box over its area. All chosen by hand, on drawn schools.
 LOSS_BY_LENGTH = 0.3  # for each time that it is as long as wide
+LOSS_BY_FACADE = 0.6  # for the length of the facade, over the side of a square of the same area
+LOSS_BY_ELONGATION = 0.15  # for each time that corridors are as long as wide, on average
 LOSS_BY_DOOR = 0.3  # for a door that needs an arm
 GAP_WIDTH = 5  # cells of arm for each cell of the way between the rooms of such a door
-POOL = 2  # side of the blocks of cells of which ways consist, for speed
+POOL = 2  # side of the blocks of cells of which ways consist, see `_pool`
 MAX_WAY = 75  # blocks of a way, at most
 LOSS_BY_ARM = 6.0  # for arms, over its area
 ROOM_FACTOR = 3  # arms of rooms count as often as those of corridors
@@ -44,17 +46,38 @@ def measure_shape(block: Block) -> float:
     return height * width / _measure_area(block) + LOSS_BY_LENGTH * max(height, width) / min(height, width)
 
 
+def measure_form(block: Block, cells: Cells, corridors: frozenset[object]) -> float:
+    """The loss by all that makes a building unlike real ones; cells: those of the block, perhaps with arms."""
+    return measure_shape(block) + measure_facade(cells) + measure_elongation(cells, corridors)
+
+
+def measure_facade(cells: Cells) -> float:
+    """The loss by the length of the facade, over the side of a square of the same area."""
+    rooms = np.pad(cells != NO_ROOM, 1).astype(np.int8)
+    sides = np.abs(np.diff(rooms, axis=0)).sum() + np.abs(np.diff(rooms, axis=1)).sum()
+    return LOSS_BY_FACADE * float(sides) / float(np.sqrt(rooms.sum()))
+
+
+def measure_elongation(cells: Cells, corridors: frozenset[object]) -> float:
+    """The loss by corridors that are long and narrow, by their bounding boxes."""
+    aspects = []
+    for corridor in corridors:
+        _, _, width, height = cv2.boundingRect((cells == corridor).view(np.uint8))
+        aspects.append(max(height, width) / min(height, width))
+    return LOSS_BY_ELONGATION * float(np.mean(aspects)) if aspects else 0.0
+
+
 def measure_gaps(cells: Cells, missing: Iterable[Edge], corridors: frozenset[object]) -> float:
     """The loss by arms that a layout will need, for each missing door by the way between its rooms.
 
     cells: with a margin, through which ways lead around the layout.
     """
     area = int((cells != NO_ROOM).sum())
-    free = _pool(cells == NO_ROOM, np.min)
+    free = _pool(cells == NO_ROOM, np.logical_and)
     ways = np.asarray(cv2.erode(free, np.ones((2, 2), np.uint8), anchor=(0, 0), borderValue=0), np.uint8)
     loss = 0.0
     for one, other in missing:
-        starts, ends = (_dilate(_pool(cells == room, np.max), NEAR) & ways for room in (one, other))
+        starts, ends = (_dilate(_pool(cells == room, np.logical_or), NEAR) & ways for room in (one, other))
         factor = 1 if one in corridors or other in corridors else ROOM_FACTOR
         loss += LOSS_BY_DOOR + LOSS_BY_ARM * factor * GAP_WIDTH * POOL * _measure_way(starts, ends, ways) / area
     return loss
@@ -64,11 +87,11 @@ def _dilate(pixels: Pixels, kernel: Pixels) -> Pixels:
     return np.asarray(cv2.dilate(pixels, kernel), np.uint8)
 
 
-def _pool(mask: Mask, reduce: Callable[..., Mask]) -> Pixels:
-    """Blocks of cells, of which all or any are in a mask."""
-    rows, columns = (size // POOL for size in mask.shape)
-    blocks = mask[: POOL * rows, : POOL * columns].reshape(rows, POOL, columns, POOL)
-    return reduce(blocks, axis=(1, 3)).astype(np.uint8)
+def _pool(mask: Mask, join: Callable[[Mask, Mask], Mask]) -> Pixels:
+    """Blocks of four cells, of which all or any are in a mask."""
+    rows, columns = (size // 2 * 2 for size in mask.shape)
+    pairs = join(mask[:rows:2, :columns], mask[1:rows:2, :columns])
+    return join(pairs[:, ::2], pairs[:, 1::2]).view(np.uint8)
 
 
 def _measure_way(starts: Pixels, ends: Pixels, ways: Pixels) -> int:

@@ -16,7 +16,7 @@ SMALL_RATIO = 3.2
 # Width of a room over the depth of its row from which it becomes deeper than the row.
 LARGE_RATIO = 2.2
 LARGE_SHAPE = 1.6  # width over depth of such a room
-SMALL_SHAPE = 1.2  # depth over width of a small room
+SMALL_SHAPES = (1.2, 2.4)  # depth over width of a small room
 FRONT = 4  # cells: depth of a room in front of rooms at its back, and its least width between rooms cut out of it
 
 Areas = Mapping[int, float]
@@ -31,7 +31,7 @@ def draw_room(room: int, area: float, depth: int, rng: np.random.Generator) -> B
     """A rectangular room in a row of a depth."""
     width = area / depth
     if is_small(area, depth):
-        columns = max(NARROWEST, round_randomly(sqrt(area / SMALL_SHAPE), rng))
+        columns = max(NARROWEST, round_randomly(sqrt(area / rng.uniform(*SMALL_SHAPES)), rng))
         rows = max(NARROWEST, round_randomly(area / columns, rng))
     elif width > LARGE_RATIO * depth:
         rows = max(depth, round_randomly(sqrt(area / LARGE_SHAPE), rng))
@@ -39,6 +39,12 @@ def draw_room(room: int, area: float, depth: int, rng: np.random.Generator) -> B
     else:
         columns, rows = round_randomly(width, rng), depth
     return Block((Rectangle(room, 0, 0, columns, rows),), 0, columns)
+
+
+def draw_end_room(room: int, area: float, width: int, rng: np.random.Generator) -> Block:
+    """A room as wide as the corridor at whose end it is."""
+    rows = max(NARROWEST, round_randomly(area / width, rng))
+    return Block((Rectangle(room, 0, 0, width, rows),), 0, width)
 
 
 def draw_suite(room: int, inner: Sequence[int], areas: Areas, depth: int, rng: np.random.Generator) -> Block:
@@ -68,7 +74,7 @@ def draw_suite(room: int, inner: Sequence[int], areas: Areas, depth: int, rng: n
 
 def draw_notched(room: int, corners: Sequence[int], areas: Areas, depth: int, rng: np.random.Generator) -> Block:
     """A room in a row, and small rooms beside its door that are cut out of its front corners."""
-    sizes = [(each, *_fit_inner(areas[each], depth, SMALL_SHAPE, rng)) for each in corners]
+    sizes = [(each, *_fit_inner(areas[each], depth, rng.uniform(*SMALL_SHAPES), rng)) for each in corners]
     area = areas[room] + sum(width * height for _, width, height in sizes)
     columns = max(round_randomly(area / depth, rng), sum(width for _, width, _ in sizes) + FRONT)
     left, right = sizes[::2], sizes[1::2]
