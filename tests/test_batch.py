@@ -252,7 +252,9 @@ class TestResume:
         self, maps, tmp_path, monkeypatch, jobs
     ):
         """The program ends between the results and the entry of a map that is read with other options."""
+        (maps / "broken.npz").unlink()
         read(maps, tmp_path / "out")
+        before = {name: list_files(tmp_path / "out" / name) for name in ("a", "b", "c")}
 
         def stop(*_: object) -> None:
             raise KeyboardInterrupt
@@ -261,8 +263,10 @@ class TestResume:
             patched.setattr(Journal, "record", stop)
             with pytest.raises(KeyboardInterrupt):
                 read(maps, tmp_path / "out", graph=True, jobs=jobs)
-        assert list_new(read(maps, tmp_path / "out")) == {"a", "b", "c", "broken"}
-        assert list_new(read(maps, tmp_path / "out")) == {"broken"}
+        assert list_new(read(maps, tmp_path / "out"))
+        assert list_new(read(maps, tmp_path / "out")) == set()
+        for name in ("a", "b", "c"):
+            assert list_files(tmp_path / "out" / name) == before[name]
 
     def test_options_that_are_left_out_have_their_usual_values(self, maps, tmp_path):
         """What was read without labels is read again with them."""
@@ -425,7 +429,7 @@ class TestResume:
             return usual(reader, path)
 
         monkeypatch.setattr(Reader, "read", move)
-        with pytest.raises(OptionError, match="out' was moved or removed while the batch was running; move it back"):
+        with pytest.raises(OptionError, match="out' was moved or removed while the batch was running; remove what is"):
             read(maps, tmp_path / "out")
 
     def test_parts_forget_files_that_are_gone(self, maps, tmp_path):
@@ -459,6 +463,43 @@ class TestResume:
         (item,) = pianta.read_batch([maps / "a"], out=tmp_path / "out", labels=False)
         assert (item.fault, item.is_new) == (None, True)
         assert pianta.read_floor(tmp_path / "out" / "a" / "floor.geojson")[1].name == "Aula"
+
+    @pytest.mark.parametrize("content", [None, b"", b'{"format": '])
+    def test_lost_corrections_are_named_and_results_are_collected(self, maps, tmp_path, content):
+        geopandas = pytest.importorskip("geopandas")
+        read(maps, tmp_path / "out")
+        assert run_pianta("correct", tmp_path / "out" / "a", "--name", 1, "Aula").code == 0
+        corrections = tmp_path / "out" / "a" / "corrections.json"
+        corrections.unlink() if content is None else corrections.write_bytes(content)
+        for walls in (True, False):
+            (item,) = pianta.read_batch([maps / "a"], out=tmp_path / "out", labels=False, walls=walls)
+            assert item.fault.endswith("a' to another place, and the file is read without its corrections")
+        assert pianta.read_floor(tmp_path / "out" / "a" / "floor.geojson")[1].name == "Aula"
+        rooms = geopandas.read_parquet(pianta.collect_batch(tmp_path / "out")["rooms"])
+        assert "Aula" in set(rooms["name"])
+
+    def test_processes_that_cannot_start_change_nothing(self, maps, tmp_path, monkeypatch):
+        read(maps, tmp_path / "out")
+        (maps / "c").rename(tmp_path / "unmounted")
+        before = read_journals(tmp_path / "out")
+
+        def refuse(_: object) -> None:
+            raise OptionError("processes cannot be started")
+
+        monkeypatch.setattr(processes, "_start", refuse)
+        with pytest.raises(OptionError, match="processes cannot be started"):
+            read(maps, tmp_path / "out", jobs=2, resume=False)
+        assert read_journals(tmp_path / "out") == before
+
+    @pytest.mark.parametrize("scheduler", ["nowhere.json", "tcp://127.0.0.1:1"])
+    def test_a_scheduler_that_does_not_answer_changes_nothing(self, maps, tmp_path, monkeypatch, scheduler):
+        cluster = pytest.importorskip("pianta.batch.cluster")
+        monkeypatch.setattr(cluster, "SECONDS_TO_CONNECT", 1)
+        read(maps, tmp_path / "out")
+        before = read_journals(tmp_path / "out")
+        with pytest.raises(OptionError, match="does not answer"):
+            read(maps, tmp_path / "out", scheduler=scheduler, walls=True)
+        assert read_journals(tmp_path / "out") == before
 
     def test_corrected_storeys_stay_and_are_collected(self, maps, tmp_path):
         geopandas = pytest.importorskip("geopandas")

@@ -11,6 +11,7 @@ from itertools import islice
 from math import inf
 from pathlib import Path
 from secrets import token_hex
+from threading import Thread
 from typing import Any, TypeVar
 
 from distributed import Client, Future, KilledWorker, Worker, WorkerPlugin, as_completed, get_worker
@@ -26,6 +27,7 @@ Result = TypeVar("Result")
 SECONDS_TO_CONNECT = 20
 MAX_TRIES = 5  # of a call to all workers, which fails if one of them ends meanwhile
 PAUSE = 0.5  # s between two of them
+SECONDS_TO_LEAVE = 5  # for workers that do not answer at the end
 SECONDS_TO_END = 600  # for what workers still do for a program that was killed
 
 # On a worker: how many items of each batch it works on; those of a killed program, too
@@ -62,8 +64,13 @@ def run_on_cluster(
                 yield _collect(future, items[numbers.pop(future.key)], scheduler)
                 submit()
         finally:
-            with suppress(OSError):  # of a scheduler that is gone
-                client.unregister_worker_plugin(plugin.name)
+            _call_briefly(lambda: client.unregister_worker_plugin(plugin.name))
+
+
+def check_scheduler(scheduler: str) -> None:
+    """Raise OptionError if a scheduler does not answer, or its workers are others than pianta needs."""
+    with _connect(scheduler):
+        pass
 
 
 class _WorkPlugin(WorkerPlugin):  # type: ignore[misc]  # of a library without types
@@ -141,6 +148,18 @@ def _call_workers(call: Callable[[], Result]) -> Result:
             return call()
         time.sleep(PAUSE)
     return call()
+
+
+def _call_briefly(call: Callable[[], object]) -> None:
+    """Call workers, of which one may not answer, at the end of a batch."""
+
+    def attempt() -> None:
+        with suppress(Exception):  # of a scheduler that is gone
+            call()
+
+    thread = Thread(target=attempt, daemon=True)
+    thread.start()
+    thread.join(SECONDS_TO_LEAVE)
 
 
 def _collect(future: Future, item: Item, scheduler: str) -> Outcome[Item, Any]:

@@ -18,7 +18,7 @@ from pianta.errors import OptionError, PiantaError
 from pianta.io._files import short_repr
 from pianta.io._folders import atomic_folder, check_output_folder
 from pianta.io.building_folders import read_building_folder
-from pianta.reading.reading import has_corrections
+from pianta.reading.reading import may_have_corrections
 
 
 def collect_batch(folder: str | Path, out: str | Path | None = None) -> dict[str, Path]:
@@ -79,7 +79,7 @@ def _has_results(entry: Entry, folder: Path) -> bool:
     What people have corrected stays if the file cannot be read again.
     """
     if not entry.is_done:
-        return has_corrections(folder / entry.folder)
+        return may_have_corrections(folder / entry.folder)
     return (folder / entry.folder).exists() or not is_gone(entry.path)
 
 

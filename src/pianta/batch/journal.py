@@ -182,10 +182,13 @@ class Journal:
 
     def restore(self, entries: Mapping[str, Entry | None]) -> None:
         """Put back entries as they were before `begin`, by the path of their file; None removes one."""
-        self.forget(path for path, entry in entries.items() if entry is None)
-        for entry in entries.values():
-            if entry is not None:
-                self.record(entry)
+        try:
+            self._connection.execute("begin immediate")
+            self._connection.executemany(_FORGET, ([path] for path, entry in entries.items() if entry is None))
+            self._connection.executemany(_RECORD, (astuple(entry) for entry in entries.values() if entry is not None))
+            self._connection.execute("commit")
+        except sqlite3.Error as error:
+            raise _as_option_error(self.file, error) from None
 
     def record(self, entry: Entry) -> None:
         """Write an entry, over the one before of the same file. Raises OptionError also if the journal was moved."""
@@ -195,7 +198,7 @@ class Journal:
             is_there = False
         if not is_there:
             fault = f"folder {short_repr(self.file.parent)} was moved or removed while the batch was running"
-            raise OptionError(f"{fault}; move it back, and go on by the same command")
+            raise OptionError(f"{fault}; remove what is there now, move it back, and go on by the same command")
         try:
             self._connection.execute(_RECORD, astuple(entry))
         except sqlite3.Error as error:

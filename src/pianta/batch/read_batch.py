@@ -32,7 +32,7 @@ from pianta.io._folders import check_output_folder, finish_changes
 from pianta.io.building_folders import BUILDING_FILE, read_storey_folders
 from pianta.reading._reader import Reader, ReadOptions
 from pianta.reading.read import name_folders, read
-from pianta.reading.reading import OUTPUTS, UNCORRECTED, Reading, check_output, has_corrections, list_input_files
+from pianta.reading.reading import OUTPUTS, UNCORRECTED, Reading, check_output, list_input_files, may_have_corrections
 
 RESULTS = (OUTPUTS[0], BUILDING_FILE)
 MARSHAL_VERSION = 2
@@ -170,7 +170,8 @@ def _is_complete(item: WorkItem[None]) -> bool:
         return False
     folders = [item.folder / name for name in storeys.titles] if storeys else [item.folder]
     files = [folder / name for folder in folders for name in OUTPUTS]
-    files += [folder / UNCORRECTED for folder in folders if (folder / CORRECTIONS).exists()]
+    corrected = [folder for folder in folders if (folder / CORRECTIONS).exists() or (folder / UNCORRECTED).exists()]
+    files += [folder / name for folder in corrected for name in (CORRECTIONS, UNCORRECTED)]
     return all(map(is_filled_file, files))
 
 
@@ -192,7 +193,7 @@ class _Work:
         check_output_folder(item.folder)
         finish_changes(item.folder)
         # What people have corrected in an older result is corrected in the new one
-        reading = self._read_corrected(item) if has_corrections(item.folder) else self.reader.read(item.path)
+        reading = self._read_corrected(item) if may_have_corrections(item.folder) else self.reader.read(item.path)
         reading.save(item.folder, walls=self.walls, graph=self.graph)
         return self.describe(replace(reading, folder=item.folder)) if self.describe else None
 
@@ -200,9 +201,11 @@ class _Work:
         """The reading of a file whose folder has corrections. Raises PiantaError if these do not fit."""
         folder = item.folder
         remedy = f"move folder {short_repr(folder)} to another place, and the file is read without its corrections"
-        if not (folder / CORRECTIONS).exists():
+        if not any((folder / name).exists() for name in (CORRECTIONS, UNCORRECTED)):
             fault = f"plan {short_repr(item.path)} has several storeys, of which some were corrected"
             raise OptionError(f"{fault}, and corrections of storeys are not applied again; {remedy}")
+        if not (folder / CORRECTIONS).exists():
+            raise OptionError(f"folder {short_repr(folder)} has {UNCORRECTED} without {CORRECTIONS}; {remedy}")
         try:
             return self.reader.keep(folder).read(item.path)
         except (FloorError, CorrectionError, OptionError) as error:

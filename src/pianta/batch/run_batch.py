@@ -26,7 +26,7 @@ from pianta.io._files import as_utf8, atomic_file, is_utf8, real_path, short_rep
 from pianta.io._folders import new_folder, remove_remains
 from pianta.io.building_folders import BUILDING_FILE
 from pianta.reading.read import MAX_JOBS
-from pianta.reading.reading import has_corrections, list_input_files
+from pianta.reading.reading import list_input_files, may_have_corrections
 
 UNFORESEEN = ("time", "killed", "memory", "unforeseen")  # groups of faults whose message does not name the item
 FILE_ADDRESS = "file://"
@@ -182,13 +182,17 @@ class Batch:
             left = [item for item in items if item.key not in done_keys]
             if self.run.only_failed:
                 left = self._choose_failed(left, entries)
-            # Nothing is refused from here on
-            journal.forget(forgotten)
+            if left and self.run.scheduler is not None:
+                import_cluster().check_scheduler(self.run.scheduler)
             report = progress or (lambda _done, _all: None)
             report(0, len(left))
+            if not left:
+                journal.forget(forgotten)
             for item in done:
                 yield self._describe_entry(item, entries[item.key], is_new=False)
             for count, (item, entry, issued) in enumerate(self._do(work, left, journal, entries), start=1):
+                if count == 1:  # nothing is refused any more
+                    journal.forget(forgotten)
                 report(count, len(left))
                 for warning in issued:
                     warnings.warn(warning, stacklevel=2)
@@ -204,7 +208,12 @@ class Batch:
             key
             for key, entry in entries.items()
             if (entry.group == BEGUN and not (self.out / entry.folder).exists())
-            or (not self.run.resume and key not in keys and is_gone(key) and not _is_corrected(self.out / entry.folder))
+            or (
+                not self.run.resume
+                and key not in keys
+                and is_gone(key)
+                and not may_have_corrections(self.out / entry.folder)
+            )
         ]
 
     def _do(
@@ -247,7 +256,7 @@ class Batch:
         Without resuming they are replaced, but not what people have corrected.
         """
         unknown = [folder for folder in folders if folder.is_dir() and self._has_results(folder)]
-        corrected = [folder for folder in unknown if _is_corrected(folder)]
+        corrected = [folder for folder in unknown if may_have_corrections(folder)]
         if corrected:
             fault = f"folder {short_repr(corrected[0])} has corrections of a floor that the journal does not know"
             raise OptionError(f"{fault}; move it to another place, or give another output folder")
@@ -344,14 +353,6 @@ class Batch:
         fault = None if entry.is_done else entry.fault
         description = json.loads(entry.description)["value"] if self.describer else None
         return BatchItem(item.path, item.folder, fault, entry.group, entry.seconds, is_new, description)
-
-
-def _is_corrected(folder: Path) -> bool:
-    """Whether a folder has what people have corrected, or may have it."""
-    try:
-        return has_corrections(folder)
-    except PiantaError:
-        return True
 
 
 def _choose_folders(items: Iterable[WorkItem[Value]], entries: Iterable[Entry]) -> Iterator[WorkItem[Value]]:

@@ -15,7 +15,7 @@ from PIL import Image
 from pianta.building import Building, Storey
 from pianta.corrections.corrections_file import FILE_NAME, read_corrections, save_corrections
 from pianta.corrections.kinds import Correction
-from pianta.errors import FloorError, OptionError
+from pianta.errors import FloorError, OptionError, PiantaError
 from pianta.floor import Floor
 from pianta.floor.area_trust import AreaTrust
 from pianta.gridmap import GridMap
@@ -440,9 +440,24 @@ def check_corrections(folder: str | Path, previous: object = None) -> None:
 
 
 def has_corrections(folder: Path) -> bool:
-    """Whether a folder has a floor that people have corrected, or a building with such a storey."""
-    files = [each / FILE_NAME for each in (folder, *_list_storeys(folder))]
-    return any(file.exists() and bool(read_corrections(file)) for file in files)
+    """Whether a folder has a floor that people have corrected, or a building with such a storey.
+
+    So has one whose corrections are lost. Raises PiantaError for damaged ones.
+    """
+    return any(_is_corrected(each) for each in (folder, *_list_storeys(folder)))
+
+
+def may_have_corrections(folder: Path) -> bool:
+    """Whether a folder has corrections, perhaps damaged ones."""
+    try:
+        return has_corrections(folder)
+    except PiantaError:
+        return True
+
+
+def _is_corrected(folder: Path) -> bool:
+    file = folder / FILE_NAME
+    return bool(read_corrections(file)) if file.exists() else (folder / UNCORRECTED).exists()
 
 
 def _list_storeys(folder: Path) -> list[Path]:
