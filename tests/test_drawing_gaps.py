@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pianta.generation.drawing.blocks import DOOR_CELLS, NO_ROOM, Block, Rectangle
-from pianta.generation.drawing.gaps import MAX_GROWTH, close_gaps, measure_cell
+from pianta.generation.drawing.gaps import MAX_GROWTH, close_gaps
 from pianta.generation.drawing.losses import LOSS_BY_ELONGATION, LOSS_BY_FACADE, measure_elongation, measure_facade
 from pianta.generation.drawing.rows import divide_paths, make_row
 
@@ -48,13 +48,6 @@ class TestCloseGaps:
         assert np.array_equal(cells[before != NO_ROOM], before[before != NO_ROOM])
         for room in rooms:
             assert (cells == room).sum() <= (1 + MAX_GROWTH) * (before == room).sum()
-
-    def test_cells_become_smaller_if_rooms_have_grown(self):
-        cells = np.zeros((10, 10), np.int32)
-        assert measure_cell(cells, area=25.0) == pytest.approx(0.5)
-        assert measure_cell(cells, area=24.01) == pytest.approx(0.49)
-        assert measure_cell(cells, area=10.0) == pytest.approx(0.475)
-        assert measure_cell(cells, area=90.0) == pytest.approx(0.5)
 
 
 def test_a_row_goes_beyond_the_corridor_as_far_as_doors_allow():

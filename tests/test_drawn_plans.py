@@ -14,7 +14,7 @@ from pianta.errors import GraphError, LabelError, ModelError, OptionError
 from pianta.generation.drawing.arms import find_arm
 from pianta.generation.drawing.blocks import Block, Rectangle, measure_contacts, paint_cells
 from pianta.generation.drawing.choices import Choices, sample_choices
-from pianta.generation.drawing.gaps import MAX_GROWTH, MIN_SIDE
+from pianta.generation.drawing.gaps import GROWTH, MAX_GROWTH
 from pianta.generation.drawing.layouts import find_layouts
 from pianta.generation.drawing.losses import (
     count_inner_corners,
@@ -236,8 +236,8 @@ class TestDrawPlan:
         classrooms = [room.polygon.area for room in plan.floor if room.label == "CLASSROOM"]
         assert np.mean(classrooms) == pytest.approx(60, rel=0.1)
         (gym,) = [room.polygon.area for room in plan.floor if room.label == "GYM"]
-        # A room that has not grown is smaller, as others have
-        assert MIN_SIDE**2 * 390 < gym < (1 + MAX_GROWTH) * 400
+        # A room that has not grown is smaller, as others have; 4 % are walls and rounding
+        assert 0.96 * 400 / GROWTH < gym < (1 + MAX_GROWTH) * 400
 
     def test_corridors_have_the_area_of_those_with_as_many_doors(self, model, rng):
         graphs = make_schools()

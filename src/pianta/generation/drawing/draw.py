@@ -15,7 +15,7 @@ from pianta.floor import Floor
 from pianta.generation.drawing.arms import find_arm
 from pianta.generation.drawing.blocks import DOOR_CELLS, NARROWEST, Cells, measure_contacts, paint_cells
 from pianta.generation.drawing.choices import Edge
-from pianta.generation.drawing.gaps import close_gaps, measure_cell
+from pianta.generation.drawing.gaps import GROWTH, close_gaps
 from pianta.generation.drawing.layouts import MARGIN_CELLS, Layout, find_layouts
 from pianta.generation.drawing.losses import ROOM_FACTOR, find_missing_doors, measure_arms, measure_form, measure_width
 from pianta.generation.drawing.room_sizes import sample_areas
@@ -103,16 +103,15 @@ def draw_plan(graph: nx.Graph, model: TypeModel, *, seed: int = 0) -> DrawnPlan:
     prepared = prepare_room_graph(graph, model.schema)
     rng = np.random.default_rng(seed)
     # Each room gets the area of a room of the type, most of them those of one floor
-    areas = sample_areas(prepared, model, rng, from_one_floor=True)
+    sampled = sample_areas(prepared, model, rng, from_one_floor=True)
+    areas = {room: area / GROWTH for room, area in sampled.items()}
     # Spanning trees are drawn without overlaps: corridors as strips, their rooms on both sides
     layouts = find_layouts(prepared, find_corridors(prepared, model.schema), areas, rng)
     # Doors outside the tree get arms through free space, in the best layouts first; rooms grow into narrow gaps
     plan = _choose_plan(layouts, prepared, model, rng)
     doors = [edge for edge in prepared.edges if edge not in plan.missing]
-    # Rooms that have grown have the areas of the type together
-    side = measure_cell(plan.cells, sum(areas.values()))
     # Cells become rooms between walls, with a door for each edge
-    floor = build_plan(plan.cells, prepared, doors, rng, building_type=model.building_type, side=side)
+    floor = build_plan(plan.cells, prepared, doors, rng, building_type=model.building_type)
     return DrawnPlan(floor, tuple(sorted((one + 1, other + 1) for one, other in plan.missing)))
 
 

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from pianta.generation.drawing.blocks import CELL, NO_ROOM, Cells
+from pianta.generation.drawing.blocks import NO_ROOM, Cells
 
 # All chosen by hand, on the graphs of real schools.
 WIDEST_GAP = 14  # cells
@@ -14,7 +14,7 @@ DEEPEST_STEP = 8  # cells, of a facade that becomes straight
 MIN_TOUCHED = 0.2  # of the side that grows, which meets another room
 MAX_GROWTH = 0.7  # of the area of a room
 PASSES = 2
-MIN_SIDE = 0.95  # of a cell, over the usual one: doors and narrow rooms need their walls
+GROWTH = 1.08  # of the area of a building, as is usual: rooms are as much smaller before
 
 
 def close_gaps(cells: Cells, rooms: Iterable[int]) -> None:
@@ -27,11 +27,6 @@ def close_gaps(cells: Cells, rooms: Iterable[int]) -> None:
         for room, size in sizes.items():
             for turn in range(4):
                 _grow_up(np.rot90(cells, turn), room, (1 + MAX_GROWTH) * size)
-
-
-def measure_cell(cells: Cells, area: float) -> float:
-    """The side of a cell, m, with which rooms that have grown have an area together, m², or nearly so."""
-    return CELL * float(np.clip(np.sqrt(area / (cells != NO_ROOM).sum()) / CELL, MIN_SIDE, 1.0))
 
 
 def _grow_up(cells: Cells, room: int, most: float) -> None:

@@ -25,20 +25,13 @@ MARGIN = 0.3  # of wall beside a door, from the axis of the next wall, m
 
 
 def build_plan(
-    cells: Cells,
-    graph: nx.Graph,
-    doors: Iterable[tuple[int, int]],
-    rng: np.random.Generator,
-    *,
-    building_type: str,
-    side: float = CELL,
+    cells: Cells, graph: nx.Graph, doors: Iterable[tuple[int, int]], rng: np.random.Generator, *, building_type: str
 ) -> Floor:
     """A floor whose rooms have the labels of a graph, with ids from 1, and a door for each pair of nodes.
 
-    cells: the node of each cell; side: of a cell, m. Rooms called ENTRANCE have a door to the outside if they have an
-    outer wall.
+    cells: the node of each cell. Rooms called ENTRANCE have a door to the outside if they have an outer wall.
     """
-    spaces = {node: outline_cells(cells, node, side) for node in graph}
+    spaces = {node: outline_cells(cells, node) for node in graph}
     axes = find_wall_axes(spaces.values())
     footprint = unary_union([*spaces.values()])
     walls = find_wall_body(axes, footprint)
@@ -59,10 +52,10 @@ def build_plan(
     )
 
 
-def outline_cells(cells: Cells, room: int, side: float = CELL) -> Polygon:
-    """The outline of a room, metres; side: of a cell."""
+def outline_cells(cells: Cells, room: int) -> Polygon:
+    """The outline of a room, metres."""
     rows, columns = np.nonzero(np.diff(np.pad(cells == room, ((0, 0), (1, 1))).astype(np.int8), axis=1))
-    runs = box(columns[::2] * side, rows[::2] * side, columns[1::2] * side, (rows[::2] + 1) * side)
+    runs = box(columns[::2] * CELL, rows[::2] * CELL, columns[1::2] * CELL, (rows[::2] + 1) * CELL)
     outline: Polygon = union_all(runs).simplify(0)
     return outline
 
