@@ -103,7 +103,8 @@ def test_the_map_has_walls_and_furniture_in_full_depth(worlds):
     shapely.prepare([furniture, rooms])
     within = shapely.contains(rooms.buffer(-0.05), points)
     assert grid.free[within & ~shapely.dwithin(furniture, points, 0.06)].all()
-    assert grid.occupied[shapely.contains(furniture, points)].all()
+    # A point on an edge may be on either side
+    assert grid.occupied[shapely.contains(furniture.buffer(-1e-6), points)].all()
     # A cell of 0.05 m shows also what is thinner than a cell
     for piece in truth.furniture:
         row, col = (int(value) for value in grid.map_to_pixel(*piece.polygon.centroid.coords[0]))
