@@ -452,8 +452,8 @@ class TestResume:
         assert run_pianta("correct", tmp_path / "out" / "a", "--name", 1, "Aula").code == 0
         (tmp_path / "out" / "a" / name).write_bytes(b"")
         (item,) = pianta.read_batch([maps / "a"], out=tmp_path / "out", labels=False)
-        assert "the corrections of '" in item.fault
-        assert item.fault.endswith("a' to another place, and the file is read without its corrections")
+        assert "the corrections of '" in str(item.fault)
+        assert str(item.fault).endswith("a' to another place, and the file is read without its corrections")
         assert (tmp_path / "out" / "a" / "corrections.json").exists()
 
     def test_an_empty_map_with_corrections_is_made_again(self, maps, tmp_path):
@@ -473,7 +473,7 @@ class TestResume:
         corrections.unlink() if content is None else corrections.write_bytes(content)
         for walls in (True, False):
             (item,) = pianta.read_batch([maps / "a"], out=tmp_path / "out", labels=False, walls=walls)
-            assert item.fault.endswith("a' to another place, and the file is read without its corrections")
+            assert str(item.fault).endswith("a' to another place, and the file is read without its corrections")
         assert pianta.read_floor(tmp_path / "out" / "a" / "floor.geojson")[1].name == "Aula"
         rooms = geopandas.read_parquet(pianta.collect_batch(tmp_path / "out")["rooms"])
         assert "Aula" in set(rooms["name"])
@@ -513,7 +513,7 @@ class TestResume:
         assert run_pianta("correct", tmp_path / "out" / "house" / "first", "--name", 1, "Aula").code == 0
         os.utime(tmp_path / "plans" / "house.ifc", (1, 1))
         (item,) = pianta.read_batch([tmp_path / "plans"], **read_house)
-        assert "has several storeys, of which some were corrected" in item.fault
+        assert "has several storeys, of which some were corrected" in str(item.fault)
         buildings = geopandas.read_parquet(pianta.collect_batch(tmp_path / "out")["buildings"])
         assert sorted(buildings["storey"]) == ["first", "ground"]
         (tmp_path / "out" / "journal.sqlite").unlink()
@@ -692,7 +692,7 @@ class TestOutputFolder:
         (tmp_path / "out").mkdir()
         (tmp_path / "out" / "a").write_text("notes")
         items = read(maps, tmp_path / "out")
-        assert items["a"].fault.endswith("a' is a file, give another folder")
+        assert str(items["a"].fault).endswith("a' is a file, give another folder")
         assert (tmp_path / "out" / "a").read_text() == "notes"
         assert items["b"].fault is None
 
@@ -1114,7 +1114,7 @@ class TestCommand:
 
     def test_signals_that_follow_at_once_are_one(self):
         """The second one must not end what ends the processes."""
-        caught = []
+        caught: list[int] = []
 
         def send() -> None:
             with ending_by_signal(), ExitStack() as ends:
