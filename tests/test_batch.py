@@ -403,6 +403,16 @@ class TestResume:
             *("a", "a-2", "b", "c", "broken"),
         }
 
+    def test_what_a_killed_batch_has_only_entered_is_done_once(self, maps, tmp_path):
+        """Killed before the first result, with another folder for one of the maps."""
+        (tmp_path / "out").mkdir()
+        (maps / "broken.npz").unlink()
+        with Journal(tmp_path / "out" / "journal.sqlite") as journal:
+            journal.begin({str(maps / name / f"{name}.yaml"): f"{name}-2" for name in ("a", "b", "c")})
+            journal.begin({str(tmp_path / "gone.yaml"): "a"})
+        assert {item.folder.name for item in read(maps, tmp_path / "out").values()} == {"a", "b", "c"}
+        assert list_new(read(maps, tmp_path / "out")) == set()
+
     def test_what_was_not_begun_is_not_done_again(self, maps, tmp_path, monkeypatch):
         """Ctrl+C in the first map of a batch with another option, given by mistake."""
         (maps / "broken.npz").unlink()

@@ -20,7 +20,7 @@ from pianta.plan.sheets.map_or_plan import PLAN_SUFFIXES
 # JSON files are read if they are given themselves: most in folders are no maps
 SUFFIXES = tuple(suffix for suffix in dict.fromkeys([*MAP_SUFFIXES, *PLAN_SUFFIXES]) if suffix != JSON_SUFFIX)
 RESULTS = (FLOOR_FILE, "prediction.json")  # in folders of results
-READING = frozenset({"graph.json", "grid.npz", "rooms.png"})
+READING = frozenset({"graph.json", "grid.npz", "rooms.png"})  # beside the floor
 # Files in such folders that could be taken for maps or plans.
 RESULT_NAME = re.compile(r"(picture|rooms|paper|explain|plans|sheet|building-[0-9]+)\.png|(grid|explored|shares)\.npz")
 _IMAGE_LINE = re.compile(rb"^\s*[\"']?image[\"']?\s*:[ \t]*[\"']?([^\"'#\r\n]*)", re.MULTILINE)

@@ -65,8 +65,8 @@ _CREATE = """create table if not exists entries (
     seconds real not null, "group" text not null, fault text not null, description text not null)"""
 _CREATE_ABOUT = "create table if not exists about (verb text not null)"
 _RECORD = "insert or replace into entries values (?, ?, ?, ?, ?, ?, ?, ?, ?)"
-_BEGIN = "insert or ignore into entries values (?, ?, '', '', '', 0.0, ?, '', '')"
-_INVALIDATE = "update entries set inputs = '' where path = ?"
+_BEGIN = """insert into entries values (?, ?, '', '', '', 0.0, ?, '', '')
+    on conflict (path) do update set folder = excluded.folder, inputs = ''"""
 _FORGET = "delete from entries where path = ?"
 _SELECT = """select path, folder, inputs, options, version, seconds, "group", fault, description
     from entries order by path"""
@@ -175,7 +175,6 @@ class Journal:
         try:
             self._connection.execute("begin immediate")
             self._connection.executemany(_BEGIN, ([path, folder, BEGUN] for path, folder in folders.items()))
-            self._connection.executemany(_INVALIDATE, ([path] for path in folders))
             self._connection.execute("commit")
         except sqlite3.Error as error:
             raise _as_option_error(self.file, error) from None

@@ -169,6 +169,7 @@ class Batch:
             if part is None:
                 remove_remains(self.out)
             entries = journal.read_entries()
+            entries = {key: entry for key, entry in entries.items() if not self._is_unused(entry)}
             forgotten = self._list_forgotten(listed, entries)
             entries = {key: entry for key, entry in entries.items() if key not in forgotten}
             items = [*_choose_folders(listed, [*read_siblings(self.out, part), *entries.values()])]
@@ -198,23 +199,19 @@ class Batch:
                     warnings.warn(warning, stacklevel=2)
                 yield self._describe_entry(item, entry, is_new=True)
 
-    def _list_forgotten(self, listed: Sequence[WorkItem[Value]], entries: Mapping[str, Entry]) -> list[str]:
-        """The keys of entries of no use: begun without results, and without resuming of files that are gone.
+    def _is_unused(self, entry: Entry) -> bool:
+        """Whether an item was begun and has left nothing, so that its folder is free."""
+        return entry.group == BEGUN and not (self.out / entry.folder).exists()
+
+    def _list_forgotten(self, listed: Sequence[WorkItem[Value]], entries: Mapping[str, Entry]) -> set[str]:
+        """The keys of entries of files that are gone, which are forgotten without resuming.
 
         Corrections would lose their file, which may be on a disk that comes back.
         """
-        keys = {item.key for item in listed}
-        return [
-            key
-            for key, entry in entries.items()
-            if (entry.group == BEGUN and not (self.out / entry.folder).exists())
-            or (
-                not self.run.resume
-                and key not in keys
-                and is_gone(key)
-                and not may_have_corrections(self.out / entry.folder)
-            )
-        ]
+        if self.run.resume:
+            return set()
+        gone = {key for key in entries.keys() - {item.key for item in listed} if is_gone(key)}
+        return {key for key in gone if not may_have_corrections(self.out / entries[key].folder)}
 
     def _do(
         self,

@@ -159,9 +159,10 @@ def ending_by_signal() -> Iterator[list[int]]:
 
     def end(number: int, frame: FrameType | None) -> None:
         nonlocal last
-        before, last = last, time.monotonic()
-        if last - before < PAUSE:
+        now = time.monotonic()
+        if now - last < PAUSE:
             return
+        last = now
         if number == signal.SIGINT:
             interrupts.append(number)
             signal.default_int_handler(number, frame)

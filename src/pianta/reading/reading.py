@@ -439,18 +439,13 @@ def check_corrections(folder: str | Path, previous: object = None) -> None:
         )
 
 
-def has_corrections(folder: Path) -> bool:
+def may_have_corrections(folder: Path) -> bool:
     """Whether a folder has a floor that people have corrected, or a building with such a storey.
 
-    So has one whose corrections are lost. Raises PiantaError for damaged ones.
+    So may one whose corrections are lost or damaged.
     """
-    return any(_is_corrected(each) for each in (folder, *_list_storeys(folder)))
-
-
-def may_have_corrections(folder: Path) -> bool:
-    """Whether a folder has corrections, perhaps damaged ones."""
     try:
-        return has_corrections(folder)
+        return any(_is_corrected(each) for each in (folder, *_list_storeys(folder)))
     except PiantaError:
         return True
 

@@ -155,8 +155,8 @@ def measure_floor(floor: Floor, graph: nx.Graph, given_up: int) -> Figures:
 
 
 def _measure_width(shape: Polygon) -> float:
-    """The diameter of the largest circle in a shape, metres."""
-    return 2 * float(maximum_inscribed_circle(shape, tolerance=0.01).length)
+    """The diameter of the largest circle in a shape, metres, to a millimetre, as outlines are."""
+    return round(2 * float(maximum_inscribed_circle(shape, tolerance=0.0005).length), 3)
 
 
 def _read_floors(results: Results, data: Path, folder: str, building_type: str, part: str) -> list[AnnotatedFloor]:

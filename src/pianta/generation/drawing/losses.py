@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from functools import reduce
 from math import ceil
 
 import cv2
@@ -22,7 +23,7 @@ LOSS_BY_FACADE = 0.6  # for the length of the facade, over the side of a square 
 LOSS_BY_ELONGATION = 0.15  # for each time that corridors are as long as wide, on average
 LOSS_BY_DOOR = 0.3  # for a door that needs an arm
 GAP_WIDTH = 5  # cells of arm for each cell of the way between the rooms of such a door
-POOL = 2  # side of the blocks of cells of which ways consist, see `_pool`
+POOL = 2  # side of the blocks of cells of which ways consist
 MAX_WAY = 75  # blocks of a way, at most
 LOSS_BY_ARM = 6.0  # for arms, over its area
 ROOM_FACTOR = 3  # arms of rooms count as often as those of corridors
@@ -88,10 +89,10 @@ def _dilate(pixels: Pixels, kernel: Pixels) -> Pixels:
 
 
 def _pool(mask: Mask, join: Callable[[Mask, Mask], Mask]) -> Pixels:
-    """Blocks of four cells, of which all or any are in a mask."""
-    rows, columns = (size // 2 * 2 for size in mask.shape)
-    pairs = join(mask[:rows:2, :columns], mask[1:rows:2, :columns])
-    return join(pairs[:, ::2], pairs[:, 1::2]).view(np.uint8)
+    """Blocks of cells, of which all or any are in a mask; joined row by row, for speed."""
+    rows, columns = (size // POOL * POOL for size in mask.shape)
+    lines = reduce(join, (mask[first:rows:POOL, :columns] for first in range(POOL)))
+    return reduce(join, (lines[:, first::POOL] for first in range(POOL))).view(np.uint8)
 
 
 def _measure_way(starts: Pixels, ends: Pixels, ways: Pixels) -> int:
