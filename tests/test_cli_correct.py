@@ -545,13 +545,13 @@ class TestWithoutPrevious:
         assert list_files(building) == before
 
     def test_those_of_a_folder_of_several_are_applied_again(self, folder):
-        correct(folder / "building", "--merge", 6, 7)
-        (folder / "out").mkdir()
-        copytree(folder / "building", folder / "out" / "map")
         (folder / "second.yaml").write_bytes((folder / "map.yaml").read_bytes())
         files = folder / "map.yaml", folder / "second.yaml"
         assert run_pianta("read", *files, "-o", folder / "out", "--no-labels", "-q").code == 0
-        assert ids_of(folder / "out" / "map") == ids_of(folder / "building")
+        correct(folder / "out" / "map", "--merge", 6, 7)
+        corrected = ids_of(folder / "out" / "map")
+        assert run_pianta("read", *files, "-o", folder / "out", "--no-labels", "--no-resume", "-q").code == 0
+        assert ids_of(folder / "out" / "map") == corrected
         assert len(ids_of(folder / "out" / "second")) == len(ids_of(folder / "out" / "map")) + 1
         assert len(read_corrections(folder / "out" / "map" / "corrections.json")) == 1
 

@@ -26,7 +26,7 @@ from pianta.errors import CorrectionError, FloorError, MapError
 from pianta.floor import Floor, scale_floor
 from pianta.floor.area_trust import AreaTrust
 from pianta.gridmap import GridMap
-from pianta.io._files import short_repr
+from pianta.io._files import is_filled_file, short_repr
 from pianta.io._folders import atomic_folder
 from pianta.io.floors import read_floor, read_scale_member, save_floor
 from pianta.io.maps import read_npz_map
@@ -94,7 +94,7 @@ class SavedReading:
         corrections = tuple(read_corrections(path / FILE_NAME)) if os.path.lexists(path / FILE_NAME) else ()
         uncorrected = read_floor(path / UNCORRECTED) if corrections else floor
         corrected, outcomes = correct_all(uncorrected, corrections) if corrections else (floor, [])
-        grid = read_npz_map(path / GRID) if (path / GRID).exists() and (path / GRID).stat().st_size else None
+        grid = None if _is_missing(path / GRID) else read_npz_map(path / GRID)
         _check_same_building(path, floor, corrected, grid)
         scale = PlanScale.from_json(read_scale_member(path / (UNCORRECTED if corrections else FLOOR)))
         return cls(path, uncorrected, floor, corrections, tuple(outcomes), grid, _read_paper(path / PAPER), scale)
@@ -246,6 +246,11 @@ def _check_same_building(folder: Path, floor: Floor, corrected: Floor, grid: Gri
                 f"folder {short_repr(folder)}: no room of {FLOOR} is on the map {GRID}, put back the map of this "
                 "building, or read it again"
             )
+
+
+def _is_missing(file: Path) -> bool:
+    """Whether a file is not there, or is empty, as after a loss of power."""
+    return not file.exists() or (file.is_file() and not is_filled_file(file))
 
 
 def _read_paper(file: Path) -> NDArray[np.uint8] | None:
