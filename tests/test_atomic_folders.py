@@ -1,5 +1,6 @@
 """Folders of results change all at once, also if the process is killed between any two of its calls to the system."""
 
+import errno
 import os
 import signal
 import subprocess
@@ -10,7 +11,8 @@ import pytest
 from shapely import box
 
 import pianta
-from pianta.errors import PiantaError
+from pianta.errors import PiantaError, WriteError
+from pianta.io._files import atomic_file, is_disk_full
 from pianta.io._folders import atomic_folder, finish_changes, remove_remains
 
 NAMES = ("a.txt", "b.txt", "c.txt", "inner/d.txt")
@@ -206,12 +208,24 @@ def test_the_temporary_folder_of_a_living_process_stays(tmp_path):
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == ["a.txt", "b.txt"]
 
 
+def test_a_file_that_fails_is_not_called_by_its_temporary_folder(tmp_path):
+    def fill_the_disk() -> None:
+        with atomic_folder(tmp_path / "new") as folder, atomic_file(folder / "one.txt"):
+            raise OSError(errno.ENOSPC, "No space left on device")
+
+    message = f"cannot write '{tmp_path / 'new'}': No space left on device; free space where the output goes"
+    with pytest.raises(WriteError, match=f"^{message}$") as refused:
+        fill_the_disk()
+    assert is_disk_full(refused.value)
+    assert not list(tmp_path.iterdir())
+
+
 def test_a_folder_that_fails_leaves_nothing(tmp_path):
     def fill_the_disk() -> None:
         with atomic_folder(tmp_path / "x" / "new") as folder:
             (folder / "one.txt").write_text("1")
             raise OSError("full")
 
-    with pytest.raises(PiantaError, match="cannot write into"):
+    with pytest.raises(WriteError, match=r"^cannot write '.*new': full$"):
         fill_the_disk()
     assert not list(tmp_path.iterdir())

@@ -1,5 +1,6 @@
 """Batches: folders of maps, a journal of what is done, processes that may die, parts for several machines, tables."""
 
+import errno
 import json
 import os
 import signal
@@ -786,6 +787,24 @@ class TestFaults:
         )
         assert "fail_for_b" in report.read_text(encoding="utf-8")
         assert items["c"].fault is None
+
+    def test_a_full_disk_ends_the_batch(self, maps, tmp_path, monkeypatch):
+        """No map after it could be written."""
+        usual = Path.write_bytes
+
+        def write(path: Path, content: bytes) -> int:
+            if (tmp_path / "out" / "a").exists():
+                raise OSError(errno.ENOSPC, "No space left on device")
+            return usual(path, content)
+
+        with monkeypatch.context() as patched:
+            patched.setattr(Path, "write_bytes", write)
+            with pytest.raises(OptionError) as refused:
+                read(maps, tmp_path / "out")
+        remedy = "free space where the output goes, and go on by the same command"
+        assert str(refused.value) == f"cannot write '{tmp_path / 'out' / 'b'}': No space left on device; {remedy}"
+        assert sorted(path.name for path in (tmp_path / "out").iterdir()) == ["a", "journal.sqlite"]
+        assert list_new(read(maps, tmp_path / "out")) == {"b", "c", "broken"}
 
     @pytest.mark.slow
     def test_a_process_that_dies_stops_nothing(self):

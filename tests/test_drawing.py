@@ -422,6 +422,7 @@ def test_a_picture_that_cannot_be_written_leaves_nothing(tmp_path, monkeypatch):
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(Path, "write_bytes", fail)
-    with pytest.raises(PiantaError, match=r"^cannot write .*picture\.png': No space left on device$"):
+    fault = r"^cannot write .*picture\.png': No space left on device; free space where the output goes$"
+    with pytest.raises(PiantaError, match=fault):
         save_figure(draw_floor(TWO_ROOMS, AROUND_TWO_ROOMS), tmp_path / "picture.png")
     assert not list(tmp_path.iterdir())

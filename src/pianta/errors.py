@@ -37,6 +37,10 @@ class OptionError(PiantaError):
     """An option or parameter has an impossible value."""
 
 
+class WriteError(PiantaError):
+    """A file or folder cannot be written; its cause is the OSError."""
+
+
 class DataError(PiantaError):
     """The data that a benchmark measures on is missing."""
 

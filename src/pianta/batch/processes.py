@@ -20,7 +20,7 @@ from types import FrameType
 from typing import TYPE_CHECKING, ClassVar, Generic, TypeVar
 
 from pianta.errors import OptionError, PiantaError
-from pianta.io._files import one_line_reason
+from pianta.io._files import describe_lack, is_disk_full, one_line_reason
 from pianta.io._folders import remove_open_folders
 
 if TYPE_CHECKING:
@@ -31,6 +31,7 @@ Result = TypeVar("Result")
 
 MAX_TRIES = 2  # of an item whose process ended: another program may have killed it, or another item filled the memory
 PARENT_PAUSE = 0.5  # s between two looks whether the program is there
+FULL_DISK = "full disk"  # the group of a fault that items after it would have, too
 MAX_BREAKS = 10  # in turn, of all processes, without an item that ends
 QUEUED_PER_JOB = 2  # items that are handed out, so that no process waits, and memory does not grow with the batch
 
@@ -97,6 +98,8 @@ def guard_item(work: Callable[[Item], Result], item: Item) -> Outcome[Item, Resu
 
 def describe_fault(error: Exception) -> Fault:
     """The fault of an exception; that of a PiantaError is its own line."""
+    if is_disk_full(error):
+        return Fault(FULL_DISK, describe_lack(error) if isinstance(error, OSError) else str(error))
     if isinstance(error, PiantaError):
         # A reader of plans that failed in its own process gives its traceback as a note
         report = "\n".join(getattr(error, "__notes__", []))

@@ -20,7 +20,7 @@ from pianta import __version__
 from pianta._arguments import check_argument
 from pianta.batch.inputs import is_result_folder
 from pianta.batch.journal import BEGUN, FAULTS, Entry, Journal, check_journals, is_reserved, name_journal, read_siblings
-from pianta.batch.processes import Fault, Outcome, end_in_start, run_items
+from pianta.batch.processes import FULL_DISK, Fault, Outcome, end_in_start, run_items
 from pianta.errors import OptionError, PiantaError
 from pianta.io._files import as_utf8, atomic_file, is_utf8, real_path, short_repr
 from pianta.io._folders import new_folder, remove_remains
@@ -230,6 +230,8 @@ class Batch:
         try:
             with closing(self._run_anywhere(work, items)) as outcomes:
                 for outcome in outcomes:
+                    if outcome.fault and outcome.fault.group == FULL_DISK:
+                        raise OptionError(f"{outcome.fault.message}, and go on by the same command")
                     entry = self._make_entry(outcome)
                     journal.record(entry)
                     del left[entry.path]

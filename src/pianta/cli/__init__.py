@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import errno
 import os
 import sys
 from collections.abc import Iterable, Sequence
@@ -17,7 +16,7 @@ import typer
 from pianta import __version__
 from pianta.cli.terminal import print_error, print_warnings, show_examples
 from pianta.errors import OptionError, PiantaError
-from pianta.io._files import one_line_reason, short_repr
+from pianta.io._files import LACKS, describe_lack, one_line_reason, short_repr
 
 # Verb -> the function of its module that runs it; None for a verb with sub-verbs.
 VERBS = {
@@ -39,12 +38,6 @@ VERBS = {
 }
 # Entry points of packages that add verbs, each a typer.Typer.
 PLUGINS = "pianta.verbs"
-# What a system may lack, and the remedy.
-LACKS = {
-    errno.ENOSPC: "free space where the output goes",
-    errno.EDQUOT: "free space where the output goes",
-    errno.EMFILE: "raise the number of open files, `ulimit -n`",
-}
 # Verbs of packages that may not be installed, and the extra that installs each.
 EXTRAS = {"bench": "bench"}
 
@@ -113,7 +106,7 @@ def _print_refusal(error: OSError) -> None:
         # What is left in the buffer would fail once more at the end
         with suppress(OSError, ValueError):
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        print_error(OptionError(f"the system refuses: {one_line_reason(error)}; {LACKS[error.errno]}"))
+        print_error(OptionError(describe_lack(error)))
     else:
         raise error
 

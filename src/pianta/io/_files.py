@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import re
 import stat
@@ -12,9 +13,16 @@ from pathlib import Path
 from reprlib import Repr
 from secrets import token_hex
 
-from pianta.errors import MapError, OptionError, PiantaError
+from pianta.errors import MapError, OptionError, PiantaError, WriteError
 
 MAX_CELLS = 300_000_000  # of a map or picture, such as 16,000 × 16,000; 300 MB in memory
+
+FULL = frozenset({errno.ENOSPC, errno.EDQUOT})
+# What a system may lack, and the remedy.
+LACKS = {
+    **dict.fromkeys(FULL, "free space where the output goes"),
+    errno.EMFILE: "raise the number of open files, `ulimit -n`",
+}
 
 # One slash is enough because Path("http://a") is "http:/a"; two letters, not to match Windows drives.
 _ADDRESS = re.compile(r"[a-z][a-z0-9+.-]+:/", re.IGNORECASE)
@@ -79,6 +87,26 @@ def check_input_file(path: str | Path, what: str, error: type[PiantaError], *, f
     return file
 
 
+def make_write_error(path: str | Path, reason: OSError) -> WriteError:
+    """The error of a file or folder that the system does not write; to be raised from the reason."""
+    return WriteError(f"cannot write {short_repr(path)}: {_add_remedy(reason)}")
+
+
+def describe_lack(error: OSError) -> str:
+    """What the system refuses, and the remedy for what it may lack."""
+    return f"the system refuses: {_add_remedy(error)}"
+
+
+def _add_remedy(error: OSError) -> str:
+    return f"{one_line_reason(error)}; {LACKS[error.errno]}" if error.errno in LACKS else one_line_reason(error)
+
+
+def is_disk_full(error: BaseException) -> bool:
+    """Whether an error is that of a full disk."""
+    reason = error.__cause__ if isinstance(error, WriteError) else error
+    return isinstance(reason, OSError) and reason.errno in FULL
+
+
 def _find_input_fault(file: Path) -> str | None:
     """Why a file cannot be read, as the end of a message that begins with its name; None if it can."""
     try:
@@ -132,7 +160,8 @@ def atomic_file(path: str | Path) -> Iterator[Path]:
     If the block fails, even by KeyboardInterrupt, `path` stays as it was and the temporary file is removed.
     Temporary names are random, so that the remains of a killed process are never in the way.
 
-    Raises PiantaError, in one line, for every OSError of the block and if `path` is a folder, device or pipe.
+    Raises WriteError, in one line, for every OSError of the block, and PiantaError if `path` is a folder, device or
+    pipe.
     """
     path = Path(path)
     temporary = path.parent / f".pianta-{token_hex(8)}{path.suffix}"
@@ -143,7 +172,7 @@ def atomic_file(path: str | Path) -> Iterator[Path]:
         yield temporary
         temporary.replace(path)
     except OSError as exception:
-        raise PiantaError(f"cannot write {short_repr(path)}: {one_line_reason(exception)}") from exception
+        raise make_write_error(path, exception) from exception
     finally:
         with suppress(OSError):
             temporary.unlink()

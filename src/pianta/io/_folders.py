@@ -15,8 +15,8 @@ from pathlib import Path
 from secrets import token_hex
 from shutil import rmtree
 
-from pianta.errors import OptionError, PiantaError
-from pianta.io._files import find_output_fault, one_line_reason, short_repr
+from pianta.errors import OptionError, PiantaError, WriteError
+from pianta.io._files import find_output_fault, make_write_error, one_line_reason, short_repr
 
 MAX_LISTED = 3  # older outputs in a message
 GONE = ".gone-"  # before the name of a file that is to be removed
@@ -75,7 +75,7 @@ def atomic_folder(folder: Path, *, optional: Sequence[str] = ()) -> Iterator[Pat
     optional: names of files, NAME or FOLDER/NAME, that are removed from `folder` if the block does not write them; so
     are folders that are empty after it.
 
-    Raises PiantaError, in one line, for every OSError of the block and if a folder has the name of a file.
+    Raises WriteError, in one line, for every OSError of the block, and PiantaError if a folder has the name of a file.
     """
     new_folders = [path for path in (folder, *folder.parents) if not path.exists()]
     is_new = folder in new_folders
@@ -104,7 +104,12 @@ def atomic_folder(folder: Path, *, optional: Sequence[str] = ()) -> Iterator[Pat
                 decided = temporary.rename(folder / f".pianta-done-{token_hex(8)}")
                 _move_all(decided, folder)
     except OSError as exception:
-        raise PiantaError(f"cannot write into {short_repr(folder)}: {one_line_reason(exception)}") from exception
+        raise make_write_error(folder, exception) from exception
+    except WriteError as error:
+        # It names a file of the temporary folder
+        if not isinstance(error.__cause__, OSError):
+            raise
+        raise make_write_error(folder, error.__cause__) from error.__cause__
     finally:
         _remove_empty(new_folders)
 
