@@ -11,6 +11,7 @@ import time
 from collections import Counter
 from collections.abc import Iterator
 from contextlib import ExitStack, closing, suppress
+from functools import partial
 from pathlib import Path
 from shutil import copytree, rmtree
 
@@ -1157,8 +1158,11 @@ class TestCommand:
         assert ended.value.code == 128 + signal.SIGTERM
         assert caught == [signal.SIGTERM, signal.SIGINT]
 
-    def test_a_later_signal_ends_again(self, monkeypatch):
+    def test_a_later_signal_ends_again(self, monkeypatch, request):
         monkeypatch.setattr("pianta.cli.batches.PAUSE", 0.0)
+        # A shell ignores Ctrl+C for what it runs in the background, as these tests
+        request.addfinalizer(partial(signal.signal, signal.SIGINT, signal.getsignal(signal.SIGINT)))
+        signal.signal(signal.SIGINT, signal.default_int_handler)
 
         def send() -> None:
             with ending_by_signal(), ExitStack() as ends:

@@ -89,7 +89,8 @@ class TableWriter:
         frame = GeoDataFrame(self.rows, columns=[*columns, "geometry"], geometry="geometry").astype(dict(columns))
         buffer = BytesIO()
         frame.to_parquet(buffer, index=False)
-        group = parquet.read_table(buffer)
+        # With threads, as of parquet.read_table, pyarrow 26 often aborts the process when it ends
+        group = parquet.ParquetFile(buffer).read(use_threads=False)
         metadata = dict(group.schema.metadata)
         self.geo = _join_metadata(self.geo, json.loads(metadata.pop(METADATA)))
         group = group.replace_schema_metadata(metadata)

@@ -14,6 +14,7 @@ from pianta.floor import Floor
 from pianta.generation.buildings import STEPS, BuildingSampler
 from pianta.generation.functional_areas import Segmentation
 from pianta.generation.metropolis_hastings import measure_convergence
+from pianta.generation.room_shapes import describe_shapes
 from pianta.generation.type_model import Mixing, ModelMixing, TypeModel, learn_type
 from pianta.io._files import short_repr
 from pianta.labels import ALL_SCHEMAS, LabelSchema
@@ -82,7 +83,7 @@ def train_type(
     if seed < 0:
         raise OptionError(f"seed is {seed}, give 0 or more")
     floors = list(floors)
-    graphs = [floor.graph() if isinstance(floor, Floor) else floor for floor in floors]
+    graphs = [describe_shapes(floor) if isinstance(floor, Floor) else floor for floor in floors]
     schema = schema or choose_schema([floor for floor in floors if isinstance(floor, Floor)])
     model = learn_type(graphs, schema, segmentation=Segmentation(areas))
     mixing = count_mixing_iterations(model, seed=seed, track=track)

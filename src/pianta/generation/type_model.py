@@ -23,6 +23,7 @@ from pianta.generation.functional_areas import (
     find_cuts,
     find_functional_areas,
 )
+from pianta.generation.room_shapes import DOOR_MEASURES, ROOM_MEASURES, list_measures
 from pianta.graphs.centrality import drop_isolated
 from pianta.graphs.labelled_graphs import name_some
 from pianta.graphs.metrics import find_corridors
@@ -80,8 +81,9 @@ class ModelMixing:
 class TypeFloor:
     """A floor divided into functional areas.
 
-    source: its name. graph: connected, nodes 0 … n - 1 with a `label` and optionally an `area`, m². areas: the nodes of
-    each functional area. clusters: the cluster of each area, numbered from 0 over all floors of a model.
+    source: its name. graph: connected, nodes 0 … n - 1 with a `label`, and those of ROOM_MEASURES and DOOR_MEASURES
+    that are known. areas: the nodes of each functional area. clusters: the cluster of each area, numbered from 0 over
+    all floors of a model.
     """
 
     source: str
@@ -282,7 +284,8 @@ def assign_area_clusters(graph: nx.Graph, model: TypeModel) -> TypeFloor:
 def prepare_room_graph(graph: nx.Graph, schema: LabelSchema) -> nx.Graph:
     """Prepare the graph of a floor for a model: nodes 0 … n - 1, each with its `label` and its original name, `room`.
 
-    A node keeps its `area`, m², if it has one. Rooms without a door are left out, as in Table 5.1.
+    Nodes and edges keep their measures, of ROOM_MEASURES and DOOR_MEASURES. Rooms without a door are left out, as in
+    Table 5.1.
     Raises LabelError with the rooms without a label, or with labels outside the schema; and GraphError for a floor
     without doors or with more than 1000 rooms, and for a graph that is not connected, is directed, or has self-loops.
     """
@@ -304,20 +307,19 @@ def prepare_room_graph(graph: nx.Graph, schema: LabelSchema) -> nx.Graph:
         raise GraphError(f"its rooms are in {parts} parts without a door between them, add doors or leave it out")
     numbers = {node: number for number, node in enumerate(joined)}
     prepared = nx.Graph(source=str(graph.graph.get("source", "")))
-    prepared.add_nodes_from(
-        (numbers[node], {"label": standard_name(label), "room": node} | size_attribute(joined.nodes[node]))
-        for node, label in joined.nodes(data="label")
+    for node, room in joined.nodes(data=True):
+        names = {"label": standard_name(room["label"]), "room": node}
+        prepared.add_node(numbers[node], **names, **list_measures(room, ROOM_MEASURES))
+    prepared.add_edges_from(
+        (numbers[one], numbers[other], list_measures(door, DOOR_MEASURES))
+        for one, other, door in joined.edges(data=True)
     )
-    prepared.add_edges_from((numbers[one], numbers[other]) for one, other in joined.edges)
     return prepared
 
 
 def size_attribute(attributes: Mapping[str, Any]) -> dict[str, float]:
     """The `area` of a room, m², as an attribute; no attribute if it is not a number above 0."""
-    area = attributes.get("area")
-    if not isinstance(area, int | float) or isinstance(area, bool) or not 0 < area < np.inf:
-        return {}
-    return {"area": float(area)}
+    return list_measures(attributes, {"area": ROOM_MEASURES["area"]})
 
 
 def area_subgraph(graph: nx.Graph, area: Area) -> nx.Graph:

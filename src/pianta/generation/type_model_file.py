@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 from collections import Counter
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Annotated, Self
 
@@ -16,6 +17,7 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validat
 
 from pianta.errors import LabelError, ModelError
 from pianta.generation.functional_areas import Segmentation
+from pianta.generation.room_shapes import DOOR_MEASURES, ROOM_MEASURES
 from pianta.generation.type_model import MAX_ROOMS, MIN_FLOORS, TypeFloor, TypeModel
 from pianta.io._checked import FileFormat, read_checked, save_checked
 from pianta.io._faults import join_faults, validation_as
@@ -23,15 +25,16 @@ from pianta.io._files import short_repr
 from pianta.io.label_schemas import dump_label
 from pianta.labels import Label, LabelSchema, standard_building_type
 
-FORMAT = FileFormat("pianta type", 1, 1)
+FORMAT = FileFormat("pianta type", 1, 2)
 # Limits against files that use too much memory or time.
 MAX_FILE_BYTES = 16 * 2**20
 MAX_FLOORS = 1000
 MAX_CLUSTERS = 1000
 MAX_ITERATIONS = 100_000
-MAX_ROOM_AREA = 1e9  # m²
 # Floors times clusters times areas of a cluster: the size of a table of the sampler.
 MAX_CELLS = 30_000_000
+# The lists of a file that have the measures of rooms.
+_ROOM_LISTS = {"area": "sizes", "aspect": "aspects", "outer_wall": "outer_walls"}
 
 
 def save_type_model(model: TypeModel, path: str | Path) -> None:
@@ -59,11 +62,17 @@ def _check_type(name: str) -> str:
 
 _Room = Annotated[int, Field(ge=0, lt=MAX_ROOMS)]
 _Iterations = Annotated[int, Field(ge=1, le=MAX_ITERATIONS)]
-_Size = Annotated[float, Field(gt=0, le=MAX_ROOM_AREA)] | None
+_Size = Annotated[float, Field(gt=0, le=ROOM_MEASURES["area"][1])] | None
+_Aspect = Annotated[float, Field(ge=1, le=ROOM_MEASURES["aspect"][1])] | None
+_OuterWall = Annotated[float, Field(ge=0, le=ROOM_MEASURES["outer_wall"][1])] | None
+_Width = Annotated[float, Field(gt=0, le=DOOR_MEASURES["width"][1])] | None
 
 
 class _Floor(BaseModel):
-    """A floor: labels of rooms, doors and areas as indices of rooms; `sizes` of rooms, m², since version 1.1."""
+    """A floor: labels of rooms, doors and areas as indices of rooms.
+
+    `sizes` of rooms, m², since version 1.1; their `aspects` and `outer_walls`, m, and `widths` of doors, m, since 1.2.
+    """
 
     model_config = ConfigDict(strict=True)
 
@@ -73,6 +82,9 @@ class _Floor(BaseModel):
     areas: list[Annotated[list[_Room], Field(min_length=1)]] = Field(min_length=1)
     clusters: list[Annotated[int, Field(ge=0, lt=MAX_CLUSTERS)]]
     sizes: list[_Size] = []
+    aspects: list[_Aspect] = []
+    outer_walls: list[_OuterWall] = []
+    widths: list[_Width] = []
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -92,8 +104,12 @@ class _Floor(BaseModel):
             faults.append("not every room is in one area")
         if len(self.clusters) != len(self.areas):
             faults.append(f"{len(self.areas)} areas have {len(self.clusters)} clusters")
-        if self.sizes and len(self.sizes) != rooms:
-            faults.append(f"{rooms} rooms have {len(self.sizes)} sizes")
+        for name in _ROOM_LISTS.values():
+            values = getattr(self, name)
+            if values and len(values) != rooms:
+                faults.append(f"{rooms} rooms have {len(values)} {name.replace('_', ' ')}")
+        if self.widths and len(self.widths) != len(self.doors):
+            faults.append(f"{len(self.doors)} doors have {len(self.widths)} widths")
         if faults:
             return faults
         graph = nx.Graph(self.doors)
@@ -108,8 +124,11 @@ class _Floor(BaseModel):
         graph = nx.Graph(source=self.source)
         graph.add_nodes_from((room, {"label": label}) for room, label in enumerate(self.labels))
         graph.add_edges_from(self.doors)
-        for room, size in enumerate(self.sizes):
-            graph.nodes[room].update({} if size is None else {"area": size})
+        for attribute, name in _ROOM_LISTS.items():
+            for room, value in enumerate(getattr(self, name)):
+                graph.nodes[room].update({} if value is None else {attribute: value})
+        for door, width in zip(self.doors, self.widths, strict=bool(self.widths)):
+            graph.edges[door].update({} if width is None else {"width": width})
         return TypeFloor(self.source, graph, tuple(map(frozenset, self.areas)), tuple(self.clusters))
 
 
@@ -176,7 +195,11 @@ def dump_type_model(model: TypeModel) -> bytes:
             "doors": [list(door) for door in floor.graph.edges],
             "areas": [sorted(area) for area in floor.areas],
             "clusters": list(floor.clusters),
-            "sizes": [area and round(area, 2) for _, area in floor.graph.nodes(data="area")],
+            **{
+                name: _list_measures(value for _, value in floor.graph.nodes(data=attribute))
+                for attribute, name in _ROOM_LISTS.items()
+            },
+            "widths": _list_measures(width for *_, width in floor.graph.edges(data="width")),
         }
         for floor in model.floors
     ]
@@ -187,6 +210,12 @@ def dump_type_model(model: TypeModel) -> bytes:
     content = ("{\n" + ",\n".join(lines) + "\n}\n").encode()
     _parse_model(content)
     return content
+
+
+def _list_measures(values: Iterable[float | None]) -> list[float | None]:
+    """Values in centimetres; none if all are unknown."""
+    rounded = [None if value is None else round(value, 2) for value in values]
+    return rounded if any(value is not None for value in rounded) else []
 
 
 @validation_as(ModelError)

@@ -18,6 +18,7 @@ from pianta.errors import DataError, OptionError, PiantaError
 from pianta.floor import Floor
 from pianta.generation.drawing.draw import draw_plan
 from pianta.generation.generate import generate
+from pianta.generation.room_shapes import ROOM_MEASURES, describe_shapes
 from pianta.generation.type_model import MIN_FLOORS, TypeModel, learn_type, prepare_room_graph
 from pianta.io._files import one_line_reason
 from pianta.labels import SCHEMAS, LabelSet
@@ -181,7 +182,7 @@ def _read_worlds(results: Results, data: Path) -> list[AnnotatedFloor]:
 
 
 def _prepare(annotated: AnnotatedFloor, building_type: str) -> nx.Graph:
-    graph = annotated.floor.graph()
+    graph = describe_shapes(annotated.floor)
     graph.graph["source"] = annotated.item
     return prepare_room_graph(graph, SCHEMAS[building_type])
 
@@ -204,7 +205,8 @@ def _withhold(
         building = frozenset(other.item for other in floors if other.building == floor.building)
         graph = graphs[floor.item].copy()
         for _, room in graph.nodes(data=True):
-            room.pop("area", None)
+            for name in ROOM_MEASURES:
+                room.pop(name, None)
         tasks.append(_Task(floor.item, WITHHELD, graph, leave_geometry_out(model, building), seed))
     return tasks
 

@@ -10,18 +10,28 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import dijkstra
 
-from pianta.generation.drawing.blocks import NO_ROOM, Cells
+from pianta.generation.drawing.blocks import NARROWEST, NO_ROOM, Cells
 
 Mask = NDArray[np.bool_]
 
 TURN = 10.0  # cells that a turn costs: arms are straight where they can be
 
 
+def find_widest_arm(cells: Cells, room: int, goal: int, widest: int) -> Mask | None:
+    """The free cells of an arm by which a room touches another one, as wide as there is space; None without a way.
+
+    widest: cells of its width, at most. Where the width of a corridor changes, it looks like two rooms.
+    """
+    if not _find_ways(cells, room, goal, NARROWEST)[0].any():
+        return None
+    arms = (find_arm(cells, room, goal, width) for width in range(widest, NARROWEST - 1, -1))
+    return next(arm for arm in arms if arm is not None)
+
+
 def find_arm(cells: Cells, room: int, goal: int, width: int) -> Mask | None:
     """The free cells of the shortest arm of a width by which a room touches another one; None without a way."""
-    free = _erode(cells == NO_ROOM, width, width)
-    starts, ends = (_find_sides(cells == each, free, width) for each in (room, goal))
-    if not any(map(np.any, starts)) or not any(map(np.any, ends)):
+    free, starts, ends = _find_ways(cells, room, goal, width)
+    if not free.any():
         return None
     count = int(free.sum())
     numbers = np.full(cells.shape, -1)
@@ -36,8 +46,6 @@ def find_arm(cells: Cells, room: int, goal: int, width: int) -> Mask | None:
     )
     last = np.concatenate([numbers[ends[0]], numbers[ends[1]] + count])
     state = int(last[np.argmin(distances[last])])
-    if not np.isfinite(distances[state]):
-        return None
     arm = np.zeros(cells.shape, bool)
     squares = np.argwhere(free)
     while state >= 0:
@@ -45,6 +53,17 @@ def find_arm(cells: Cells, room: int, goal: int, width: int) -> Mask | None:
         arm[row : row + width, column : column + width] = True
         state = int(before[state])
     return arm
+
+
+def _find_ways(cells: Cells, room: int, goal: int, width: int) -> tuple[Mask, list[Mask], list[Mask]]:
+    """The connected parts of the free squares that join two rooms, their starts and their ends, each of two masks."""
+    free = _erode(cells == NO_ROOM, width, width)
+    starts, ends = ([*_find_sides(cells == each, free, width)] for each in (room, goal))
+    count, parts = cv2.connectedComponents(free.astype(np.uint8), connectivity=4)
+    is_way = np.zeros(count, bool)
+    is_way[np.intersect1d(*(parts[np.logical_or(*sides)] for sides in (starts, ends)))] = True
+    ways = is_way[parts]
+    return ways, [side & ways for side in starts], [side & ways for side in ends]
 
 
 def _erode(mask: Mask, rows: int, columns: int) -> Mask:

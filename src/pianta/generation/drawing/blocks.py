@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from math import floor
 from typing import NamedTuple
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -105,6 +106,13 @@ class Contact(NamedTuple):
 def measure_contacts(cells: Cells) -> dict[tuple[int, int], int]:
     """The cells of the longest straight wall that two rooms share, by the rooms, the smaller number first."""
     return {rooms: contact.length for rooms, contact in find_contacts(cells).items()}
+
+
+def measure_contact(cells: Cells, one: int, other: int) -> int:
+    """The cells of the longest straight wall that two rooms share, 0 for none."""
+    x, y, width, height = cv2.boundingRect((cells == one).view(np.uint8))
+    around = cells[max(0, y - 1) : y + height + 1, max(0, x - 1) : x + width + 1]
+    return measure_contacts(around).get((min(one, other), max(one, other)), 0)
 
 
 def find_contacts(cells: Cells) -> dict[tuple[int, int], Contact]:

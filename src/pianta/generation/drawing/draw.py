@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import networkx as nx
@@ -12,16 +11,15 @@ import numpy as np
 from pianta._arguments import check_argument
 from pianta.errors import BuildingWarning, OptionError
 from pianta.floor import Floor
-from pianta.generation.drawing.arms import find_arm
-from pianta.generation.drawing.blocks import DOOR_CELLS, NARROWEST, Cells, measure_contacts, paint_cells
+from pianta.generation.drawing.arms import find_widest_arm
+from pianta.generation.drawing.blocks import DOOR_CELLS, NARROWEST, Cells, measure_contact, paint_cells
 from pianta.generation.drawing.choices import Edge
-from pianta.generation.drawing.gaps import GROWTH, close_gaps
+from pianta.generation.drawing.gaps import close_gaps
 from pianta.generation.drawing.layouts import MARGIN_CELLS, Layout, find_layouts
 from pianta.generation.drawing.losses import ROOM_FACTOR, find_missing_doors, measure_arms, measure_form, measure_width
-from pianta.generation.drawing.room_sizes import sample_areas
+from pianta.generation.drawing.programme import Programme, make_programme
 from pianta.generation.drawing.walls import build_plan
 from pianta.generation.type_model import TypeModel, prepare_room_graph
-from pianta.graphs.metrics import find_corridors
 
 # All chosen by hand, on generated schools.
 FINISHED = 8  # layouts, the best ones, that get arms; more, up to MOST_FINISHED, while doors are missing
@@ -103,15 +101,14 @@ def draw_plan(graph: nx.Graph, model: TypeModel, *, seed: int = 0) -> DrawnPlan:
     prepared = prepare_room_graph(graph, model.schema)
     rng = np.random.default_rng(seed)
     # Each room gets the area of a room of the type, most of them those of one floor
-    sampled = sample_areas(prepared, model, rng, from_one_floor=True)
-    areas = {room: area / GROWTH for room, area in sampled.items()}
+    programme = make_programme(prepared, model, rng)
     # Spanning trees are drawn without overlaps: corridors as strips, their rooms on both sides
-    layouts = find_layouts(prepared, find_corridors(prepared, model.schema), areas, rng)
+    layouts = find_layouts(programme, rng)
     # Doors outside the tree get arms through free space, in the best layouts first; rooms grow into narrow gaps
-    plan = _choose_plan(layouts, prepared, model, rng)
+    plan = _choose_plan(layouts, programme, rng)
     doors = [edge for edge in prepared.edges if edge not in plan.missing]
     # Cells become rooms between walls, with a door for each edge
-    floor = build_plan(plan.cells, prepared, doors, rng, building_type=model.building_type)
+    floor = build_plan(plan.cells, programme, doors, rng, building_type=model.building_type)
     return DrawnPlan(floor, tuple(sorted((one + 1, other + 1) for one, other in plan.missing)))
 
 
@@ -122,27 +119,26 @@ def warn_of_missing_doors(plan: DrawnPlan, name: str) -> None:
         warnings.warn(BuildingWarning(f"{name}: no wall for doors {pairs}"), stacklevel=3)
 
 
-def _choose_plan(layouts: list[Layout], graph: nx.Graph, model: TypeModel, rng: np.random.Generator) -> _Candidate:
+def _choose_plan(layouts: list[Layout], programme: Programme, rng: np.random.Generator) -> _Candidate:
     """The best candidate, by missing doors and then by loss, after arms were added to the best layouts."""
-    corridors = find_corridors(graph, model.schema)
     best: _Candidate | None = None
     for number, layout in enumerate(layouts[:MOST_FINISHED]):
         if best is not None and not best.missing and number >= FINISHED:
             break
-        finished = _finish(layout, corridors, graph, rng)
+        finished = _finish(layout, programme, rng)
         best = finished if best is None else min(best, finished, key=_rank)
     if best is None:
         raise AssertionError("no layout was drawn")
     return best
 
 
-def _finish(layout: Layout, corridors: frozenset[object], graph: nx.Graph, rng: np.random.Generator) -> _Candidate:
+def _finish(layout: Layout, programme: Programme, rng: np.random.Generator) -> _Candidate:
     """A candidate with arms for the doors that miss a wall; those that find no way are the first of another try."""
-    finished = _add_arms(layout, corridors, graph, rng, first=())
+    finished = _add_arms(layout, programme, rng, first=())
     for _ in range(REPEATS):
         if not finished.missing:
             break
-        again = _add_arms(layout, corridors, graph, rng, first=finished.missing)
+        again = _add_arms(layout, programme, rng, first=finished.missing)
         finished = min(finished, again, key=_rank)
     return finished
 
@@ -151,39 +147,21 @@ def _rank(candidate: _Candidate) -> tuple[int, float]:
     return len(candidate.missing), candidate.loss
 
 
-def _add_arms(
-    layout: Layout,
-    corridors: frozenset[object],
-    graph: nx.Graph,
-    rng: np.random.Generator,
-    *,
-    first: tuple[Edge, ...],
-) -> _Candidate:
+def _add_arms(layout: Layout, programme: Programme, rng: np.random.Generator, *, first: tuple[Edge, ...]) -> _Candidate:
     """A candidate with arms; corridors reach for rooms, if one of both is a corridor. first: doors to begin with."""
+    graph, corridors = programme.graph, programme.corridors
     cells, arms, used = paint_cells(layout.block, MARGIN_CELLS), 0, 0
     order = [layout.missing[index] for index in rng.permutation(len(layout.missing))]
     for one, other in sorted(order, key=lambda edge: (edge not in first, -sum(node in corridors for node in edge))):
-        if measure_contacts(cells).get((min(one, other), max(one, other)), 0) >= DOOR_CELLS:
+        if measure_contact(cells, one, other) >= DOOR_CELLS:
             continue
-        pair = (other, one) if other in corridors and one not in corridors else (one, other)
-        for room, goal, width in _list_arms(cells, *pair):
-            arm = find_arm(cells, room, goal, width)
-            if arm is not None:
-                cells[arm] = room
-                arms += 1
-                used += int(arm.sum()) * (1 if room in corridors else ROOM_FACTOR)
-                break
+        room, goal = (other, one) if other in corridors and one not in corridors else (one, other)
+        arm = find_widest_arm(cells, room, goal, max(NARROWEST, min(measure_width(cells == room), WIDEST_ARM)))
+        if arm is not None:
+            cells[arm] = room
+            arms += 1
+            used += int(arm.sum()) * (1 if room in corridors else ROOM_FACTOR)
     close_gaps(cells, [*graph])
     missing = find_missing_doors(cells, graph)
-    loss = measure_form(layout.block, cells, corridors) + measure_arms(cells, arms, used)
+    loss = measure_form(layout.block, cells, programme) + measure_arms(cells, arms, used)
     return _Candidate(cells, loss, missing)
-
-
-def _list_arms(cells: Cells, first: int, second: int) -> Iterator[tuple[int, int, int]]:
-    """Which room reaches for which, with arms of which width, in the order in which they are tried.
-
-    Arms as wide as a corridor first: where its width changes, it looks like two rooms.
-    """
-    widest = min(max(measure_width(cells == first), NARROWEST), WIDEST_ARM)
-    yield from ((first, second, width) for width in range(widest, NARROWEST - 1, -1))
-    yield second, first, NARROWEST

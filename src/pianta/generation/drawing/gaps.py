@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 import numpy as np
+from scipy.ndimage import find_objects
 
 from pianta.generation.drawing.blocks import NO_ROOM, Cells
 
@@ -22,11 +23,19 @@ def close_gaps(cells: Cells, rooms: Iterable[int]) -> None:
 
     cells: the room of each cell, changed in place.
     """
-    sizes = {room: int((cells == room).sum()) for room in rooms}
+    counts = np.bincount(cells[cells != NO_ROOM])
     for _ in range(PASSES):
-        for room, size in sizes.items():
+        boxes = find_objects(cells + 1)
+        for room in rooms:
+            around = cells[_widen(boxes[room])]
             for turn in range(4):
-                _grow_up(np.rot90(cells, turn), room, (1 + MAX_GROWTH) * size)
+                _grow_up(np.rot90(around, turn), room, (1 + MAX_GROWTH) * counts[room])
+
+
+def _widen(box: tuple[slice, slice]) -> tuple[slice, slice]:
+    """A bounding box with all cells around it that decide how a room grows."""
+    rows, columns = (slice(max(0, side.start - WIDEST_GAP - 2), side.stop + WIDEST_GAP + 2) for side in box)
+    return rows, columns
 
 
 def _grow_up(cells: Cells, room: int, most: float) -> None:

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any
+from math import inf
 
 import networkx as nx
 import numpy as np
 from numpy.typing import NDArray
 
-from pianta.generation.drawing.blocks import CELL, Block, paint_cells
+from pianta.generation.drawing.blocks import Block, paint_cells
 from pianta.generation.drawing.choices import Choices, Edge, sample_choices
 from pianta.generation.drawing.losses import find_missing_doors, measure_form, measure_gaps
+from pianta.generation.drawing.programme import Programme
 from pianta.generation.drawing.strips import TreeLayout
 
 # All chosen by hand, on generated schools.
@@ -34,11 +35,9 @@ class Layout:
     missing: tuple[Edge, ...]
 
 
-def find_layouts(
-    graph: nx.Graph, corridors: frozenset[Any], areas: dict[int, float], rng: np.random.Generator
-) -> list[Layout]:
-    """Layouts of a graph, the best first. areas: of each room, m²."""
-    search = _LayoutSearch(graph, corridors, {node: area / CELL**2 for node, area in areas.items()}, rng)
+def find_layouts(programme: Programme, rng: np.random.Generator) -> list[Layout]:
+    """Layouts of a building, the best first."""
+    search = _LayoutSearch(programme, rng)
     layouts = sorted((search.sample(number) for number in range(TREES)), key=lambda layout: layout.loss)
     improved = [search.improve(layout) for layout in layouts[:IMPROVED]]
     return sorted([*improved, *layouts], key=lambda layout: layout.loss)
@@ -46,42 +45,44 @@ def find_layouts(
 
 @dataclass(eq=False)
 class _LayoutSearch:
-    """areas: of each room, in cells."""
-
-    graph: nx.Graph
-    corridors: frozenset[Any]
-    areas: dict[int, float]
+    programme: Programme
     rng: np.random.Generator
     roots: list[int] = field(init=False)
     weights: NDArray[np.float64] = field(init=False)
     swapped: list[Edge] = field(init=False)
 
     def __post_init__(self) -> None:
-        self.roots = [node for node in self.graph if node in self.corridors] or [*self.graph]
+        graph = self.programme.graph
+        self.roots = [node for node in graph if node in self.programme.corridors] or [*graph]
         # Central rooms with many doors are good beginnings
-        closeness = nx.closeness_centrality(self.graph)
-        weights = np.array([closeness[node] ** 4 * (1 + self.graph.degree[node]) for node in self.roots])
+        closeness = nx.closeness_centrality(graph)
+        weights = np.array([closeness[node] ** 4 * (1 + graph.degree[node]) for node in self.roots])
         self.weights = weights / weights.sum()
-        bridges = {frozenset(edge) for edge in nx.bridges(self.graph)}
-        self.swapped = [edge for edge in self.graph.edges if frozenset(edge) not in bridges]
+        bridges = {frozenset(edge) for edge in nx.bridges(graph)}
+        self.swapped = [edge for edge in graph.edges if frozenset(edge) not in bridges]
 
     def sample(self, number: int) -> Layout:
         """A layout at random; each third one with alleys."""
         root = int(self.rng.choice(self.roots, p=self.weights))
-        return self._draw(sample_choices(self.graph, root, alleys=number % 3 == 1, rng=self.rng))
+        return self._draw(sample_choices(self.programme.graph, root, alleys=number % 3 == 1, rng=self.rng))
 
     def improve(self, layout: Layout) -> Layout:
         """A layout after changes of which each made it better."""
-        rooms = [node for node in self.graph if self.graph.degree[node] > 1] or [*self.graph]
+        graph = self.programme.graph
+        rooms = [node for node in graph if graph.degree[node] > 1] or [*graph]
         for _ in range(CHANGES):
-            changed = self._draw(layout.choices.change(self.roots, self.swapped, rooms, self.rng))
+            choices = layout.choices.change(self.roots, self.swapped, rooms, self.rng)
+            changed = self._draw(choices, below=layout.loss)
             if changed.loss < layout.loss:
                 layout = changed
         return layout
 
-    def _draw(self, choices: Choices) -> Layout:
-        block = TreeLayout(self.graph, self.areas, self.corridors, choices).draw()
+    def _draw(self, choices: Choices, *, below: float = inf) -> Layout:
+        """A layout of choices. below: once a part of its loss is not, the rest is not measured."""
+        programme = self.programme
+        block = TreeLayout(programme.graph, programme.areas, programme.corridors, choices).draw()
         cells = paint_cells(block, MARGIN_CELLS)
-        missing = find_missing_doors(cells, self.graph)
-        loss = measure_form(block, cells, self.corridors) + measure_gaps(cells, missing, self.corridors)
+        missing = find_missing_doors(cells, programme.graph)
+        loss = measure_form(block, cells, programme)
+        loss += measure_gaps(cells, missing, programme.corridors, below=below - loss)
         return Layout(choices, block, loss, missing)

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Collection, Mapping
 from functools import reduce
-from math import ceil
+from math import ceil, inf
 
 import cv2
 import networkx as nx
@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from pianta.generation.drawing.blocks import DOOR_CELLS, NO_ROOM, Block, Cells, measure_contacts
 from pianta.generation.drawing.choices import Edge
+from pianta.generation.drawing.programme import Programme
 
 Mask = NDArray[np.bool_]
 Pixels = NDArray[np.uint8]  # 0 and 1
@@ -21,6 +22,8 @@ Pixels = NDArray[np.uint8]  # 0 and 1
 LOSS_BY_LENGTH = 0.3  # for each time that it is as long as wide
 LOSS_BY_FACADE = 0.6  # for the length of the facade, over the side of a square of the same area
 LOSS_BY_ELONGATION = 0.15  # for each time that corridors are as long as wide, on average
+LOSS_BY_DARKNESS = 2.0  # if no room has windows and all need some
+WINDOW_CELLS = 4  # of outer wall, with which a room has windows
 LOSS_BY_DOOR = 0.3  # for a door that needs an arm
 GAP_WIDTH = 5  # cells of arm for each cell of the way between the rooms of such a door
 POOL = 2  # side of the blocks of cells of which ways consist
@@ -47,9 +50,10 @@ def measure_shape(block: Block) -> float:
     return height * width / _measure_area(block) + LOSS_BY_LENGTH * max(height, width) / min(height, width)
 
 
-def measure_form(block: Block, cells: Cells, corridors: frozenset[object]) -> float:
+def measure_form(block: Block, cells: Cells, programme: Programme) -> float:
     """The loss by all that makes a building unlike real ones; cells: those of the block, perhaps with arms."""
-    return measure_shape(block) + measure_facade(cells) + measure_elongation(cells, corridors)
+    by_rooms = measure_elongation(cells, programme.corridors) + measure_darkness(cells, programme.window_needs)
+    return measure_shape(block) + measure_facade(cells) + by_rooms
 
 
 def measure_facade(cells: Cells) -> float:
@@ -68,19 +72,31 @@ def measure_elongation(cells: Cells, corridors: frozenset[object]) -> float:
     return LOSS_BY_ELONGATION * float(np.mean(aspects)) if aspects else 0.0
 
 
-def measure_gaps(cells: Cells, missing: Iterable[Edge], corridors: frozenset[object]) -> float:
+def measure_darkness(cells: Cells, window_needs: Mapping[int, float]) -> float:
+    """The loss by rooms without outer wall, by how much each needs windows; the mean over all rooms."""
+    lit = np.zeros(len(window_needs), np.int64)
+    for lines in (cells, cells.T):
+        for room, beside in ((lines[:-1], lines[1:]), (lines[1:], lines[:-1])):
+            lit += np.bincount(room[(room != NO_ROOM) & (beside == NO_ROOM)], minlength=len(lit))
+    needs = np.array([window_needs[room] for room in range(len(lit))])
+    return LOSS_BY_DARKNESS * float(needs[lit < WINDOW_CELLS].sum()) / len(needs)
+
+
+def measure_gaps(cells: Cells, missing: Collection[Edge], corridors: frozenset[object], *, below: float = inf) -> float:
     """The loss by arms that a layout will need, for each missing door by the way between its rooms.
 
-    cells: with a margin, through which ways lead around the layout.
+    cells: with a margin, through which ways lead around the layout. below: once the loss is not, doors are left out.
     """
     area = int((cells != NO_ROOM).sum())
     free = _pool(cells == NO_ROOM, np.logical_and)
     ways = np.asarray(cv2.erode(free, np.ones((2, 2), np.uint8), anchor=(0, 0), borderValue=0), np.uint8)
-    loss = 0.0
+    loss = LOSS_BY_DOOR * len(missing)
     for one, other in missing:
+        if loss >= below:
+            break
         starts, ends = (_dilate(_pool(cells == room, np.logical_or), NEAR) & ways for room in (one, other))
         factor = 1 if one in corridors or other in corridors else ROOM_FACTOR
-        loss += LOSS_BY_DOOR + LOSS_BY_ARM * factor * GAP_WIDTH * POOL * _measure_way(starts, ends, ways) / area
+        loss += LOSS_BY_ARM * factor * GAP_WIDTH * POOL * _measure_way(starts, ends, ways) / area
     return loss
 
 

@@ -10,6 +10,7 @@ from shapely import LineString, Polygon, box, unary_union, union_all
 
 from pianta.floor import Door, Floor, Room
 from pianta.generation.drawing.blocks import CELL, Cells
+from pianta.generation.drawing.programme import Programme
 from pianta.worlds.wall_axes import (
     find_shared_wall,
     find_wall_axes,
@@ -19,18 +20,23 @@ from pianta.worlds.wall_axes import (
 )
 
 ENTRANCE = "ENTRANCE"  # the label of rooms that lead outside
-DOOR_WIDTHS = (0.8, 1.0)  # narrowest and widest door, m
 ENTRANCE_WIDTH = 1.2  # m
 MARGIN = 0.3  # of wall beside a door, from the axis of the next wall, m
 
 
 def build_plan(
-    cells: Cells, graph: nx.Graph, doors: Iterable[tuple[int, int]], rng: np.random.Generator, *, building_type: str
+    cells: Cells,
+    programme: Programme,
+    doors: Iterable[tuple[int, int]],
+    rng: np.random.Generator,
+    *,
+    building_type: str,
 ) -> Floor:
     """A floor whose rooms have the labels of a graph, with ids from 1, and a door for each pair of nodes.
 
     cells: the node of each cell. Rooms called ENTRANCE have a door to the outside if they have an outer wall.
     """
+    graph = programme.graph
     spaces = {node: outline_cells(cells, node) for node in graph}
     axes = find_wall_axes(spaces.values())
     footprint = unary_union([*spaces.values()])
@@ -39,10 +45,10 @@ def build_plan(
         Room(node + 1, round_to_mm(space.difference(walls)), label=graph.nodes[node]["label"])
         for node, space in spaces.items()
     ]
-    inner = [
-        Door((one + 1, other + 1), *position_door(find_shared_wall(spaces[one], spaces[other]), DOOR_WIDTHS, rng))
-        for one, other in doors
-    ]
+    inner = []
+    for one, other in doors:
+        wall, width = find_shared_wall(spaces[one], spaces[other]), float(rng.choice(programme.door_widths))
+        inner.append(Door((one + 1, other + 1), *position_door(wall, width, rng)))
     return Floor(
         tuple(rooms),
         doors=(*inner, *_make_entrances(spaces, graph, footprint, rng)),
@@ -69,14 +75,14 @@ def _make_entrances(
         sides: Sequence[LineString] = [*split_sides(spaces[node].boundary.intersection(footprint.exterior))]
         longest = max(sides, key=lambda side: side.length, default=LineString())
         if longest.length >= ENTRANCE_WIDTH + 2 * MARGIN:
-            entrances.append(Door((node + 1, None), *position_door(longest, (ENTRANCE_WIDTH, ENTRANCE_WIDTH), rng)))
+            entrances.append(Door((node + 1, None), *position_door(longest, ENTRANCE_WIDTH, rng)))
     return entrances
 
 
-def position_door(wall: LineString, widths: tuple[float, float], rng: np.random.Generator) -> tuple[LineString, float]:
-    """A door at a random position of a wall, from jamb to jamb, and its width."""
+def position_door(wall: LineString, widest: float, rng: np.random.Generator) -> tuple[LineString, float]:
+    """A door at a random position of a wall, from jamb to jamb, and its width, which is less if the wall is short."""
     free = wall.length - 2 * MARGIN
-    width = round(min(rng.uniform(*widths), free), 2)
+    width = round(min(widest, free), 2)
     start = MARGIN + (free - width) * rng.random()
     jambs = [wall.interpolate(start), wall.interpolate(start + width)]
     return round_to_mm(LineString(jambs)), width
