@@ -25,6 +25,7 @@ from pianta.generation.drawing.losses import (
     measure_shape,
     measure_width,
 )
+from pianta.generation.drawing.programme import Programme
 from pianta.generation.drawing.room_blocks import draw_notched, draw_room, draw_suite, stack_blocks
 from pianta.generation.drawing.room_sizes import sample_areas
 from pianta.generation.type_model import TypeModel, learn_type
@@ -210,7 +211,8 @@ class TestLayouts:
         """A ring of corridors with rooms: the best layout is no worse than the best one at random."""
         ring = join_wings(("CCC",) * 4, ((0, 1), (1, 2), (2, 3), (0, 3)), source="")
         corridors = frozenset(node for node, label in ring.nodes(data="label") if label == "CORRIDOR")
-        layouts = find_layouts(ring, corridors, dict.fromkeys(ring, 30.0), rng)
+        areas, needs = dict.fromkeys(ring, 120.0), dict.fromkeys(ring, 0.0)
+        layouts = find_layouts(Programme(ring, corridors, areas, needs, [0.9]), rng)
         losses = [layout.loss for layout in layouts]
         assert losses == sorted(losses)
         assert all(layout.block.rooms == set(ring) for layout in layouts)

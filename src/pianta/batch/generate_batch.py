@@ -34,6 +34,7 @@ from pianta.io._folders import atomic_folder, check_output_folder
 
 if TYPE_CHECKING:
     import networkx as nx
+    from shapely import Polygon
 
     from pianta.floor import Floor
     from pianta.generation.buildings import BuildingSampler
@@ -60,6 +61,7 @@ def generate_batch(
     kernel: str = "weisfeiler-lehman",
     seed: int = 0,
     plans: bool = False,
+    outline: Polygon | None = None,
     worlds: bool = False,
     scan: bool = False,
     furniture: float = FURNITURE,
@@ -90,6 +92,9 @@ def generate_batch(
         As of `generate`.
     plans
         Whether the buildings are also drawn as floors, by `draw_plan`: building-000001.geojson and .png, and plans.png.
+    outline
+        In which each building is drawn, metres, as of `draw_plan`; without `rooms` the buildings have as many as fill
+        it. Buildings are then drawn.
     worlds
         Whether the floors also become worlds, in folders building-000001 and so on: map.yaml with its image, a world of
         Gazebo, and the truth with its furniture. Floors are then drawn, too.
@@ -126,6 +131,7 @@ def generate_batch(
     ...     print(part.folder, len(part.description["rooms"]))
     """
     from pianta.generation.buildings import check_count
+    from pianta.generation.drawing.site import choose_rooms
     from pianta.generation.generate import make_sampler
     from pianta.generation.type_model_file import dump_type_model
 
@@ -136,7 +142,7 @@ def generate_batch(
     check_output_folder(target)
     check_parts(target, count)
     options: dict[str, Any] = {
-        "rooms": rooms,
+        "rooms": choose_rooms(outline, model) if rooms is None and outline is not None else rooms,
         "at_least": at_least,
         "at_most": at_most,
         "similar_to": similar_to,
@@ -148,11 +154,13 @@ def generate_batch(
     sampler = make_sampler(model, **options)
     graphs = {name: _describe_floor(options[name]) for name in ("similar_to", "keep")}
     content = dump_type_model(model).decode()
-    drawing: dict[str, Any] = {"plans": plans or world_options is not None}
+    drawing: dict[str, Any] = {"plans": plans or world_options is not None or outline is not None}
+    if outline is not None:
+        drawing["outline"] = outline.wkt
     if world_options is not None:
         drawing["worlds"] = asdict(world_options)
     digest = digest_options({**options, **graphs, "seed": seed, "model": content, **drawing})
-    work = _Work(sampler, seed, drawing["plans"], world_options)
+    work = _Work(sampler, seed, drawing["plans"], outline, world_options)
     batch = Batch(target, "generate", digest, run, [SHEET], work.is_complete, "generate")
     return batch.do_all([*_list_parts(target, count)], work, progress)
 
@@ -164,16 +172,24 @@ def count_repeats(parts: Iterable[BatchItem]) -> int:
 
 
 def draw_plans(
-    buildings: Sequence[nx.Graph], model: TypeModel, *, first: int = 0, seed: int = 0, jobs: int = 1
+    buildings: Sequence[nx.Graph],
+    model: TypeModel,
+    *,
+    outline: Polygon | None = None,
+    first: int = 0,
+    seed: int = 0,
+    jobs: int = 1,
 ) -> list[DrawnPlan]:
     """The floor of each building, whose number depends on its position and that of the first one.
+
+    outline: in which it is drawn.
 
     Raises PiantaError for a building that cannot be drawn. Warns of doors that were given up.
     """
     from pianta.generation.drawing.draw import warn_of_missing_doors
 
     plans: dict[int, DrawnPlan] = {}
-    for outcome in run_items(_Drawing(model, seed), [*enumerate(buildings, first)], jobs=jobs):
+    for outcome in run_items(_Drawing(model, seed, outline), [*enumerate(buildings, first)], jobs=jobs):
         number, _ = outcome.item
         if outcome.fault or outcome.result is None:
             raise PiantaError(f"building {number + 1} cannot be drawn: {outcome.fault and outcome.fault.message}")
@@ -189,13 +205,14 @@ class _Drawing:
 
     model: TypeModel
     seed: int
+    outline: Polygon | None
 
     def __call__(self, item: tuple[int, nx.Graph]) -> DrawnPlan:
         from pianta.generation.buildings import find_building_seed
         from pianta.generation.drawing.draw import draw_plan
 
         number, graph = item
-        return draw_plan(graph, self.model, seed=find_building_seed(self.seed, number))
+        return draw_plan(graph, self.model, seed=find_building_seed(self.seed, number), outline=self.outline)
 
 
 def save_buildings(
@@ -303,6 +320,7 @@ class _Work:
     sampler: BuildingSampler
     seed: int
     plans: bool
+    outline: Polygon | None
     worlds: WorldOptions | None
 
     def __call__(self, item: WorkItem[range]) -> WorkResult:
@@ -325,7 +343,7 @@ class _Work:
         buildings = [building for batch in batches for building in self.sampler.sample(batch, seed=self.seed)]
         model = self.sampler.model
         first, names = item.value[0], _name_buildings(item.value)
-        plans = draw_plans(buildings, model, first=first, seed=self.seed) if self.plans else None
+        plans = draw_plans(buildings, model, outline=self.outline, first=first, seed=self.seed) if self.plans else None
         worlds = self.worlds
         save_buildings(buildings, names, model, item.folder, plans=plans, worlds=worlds, first=first, seed=self.seed)
         return {

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from functools import partial
 from itertools import chain
 from pathlib import Path
@@ -42,6 +42,7 @@ from pianta.io._folders import number_outputs
 
 if TYPE_CHECKING:
     import networkx as nx
+    from shapely import Polygon
 
     from pianta.generation.type_model import TypeModel
 
@@ -79,6 +80,13 @@ Keep = Annotated[
     Path | None, typer.Option(metavar="FLOOR", help="A floor whose rooms and doors each building has, and others.")
 ]
 Plans = Annotated[bool, typer.Option("--plans", help="Draw the buildings as floors, too: rooms with walls and doors.")]
+Outline = Annotated[
+    Path | None,
+    typer.Option(
+        metavar="FILE",
+        help="Draw the buildings inside an outline: a GeoJSON polygon in metres, or a floor; implies --plans.",
+    ),
+]
 Worlds = Annotated[
     bool,
     typer.Option("--worlds", help="Furnish the floors, and write a world for robot simulators each; implies --plans."),
@@ -118,6 +126,7 @@ def generate(
     count: Count = 24,
     seed: Seed = 0,
     plans: Plans = False,
+    outline: Outline = None,
     worlds: Worlds = False,
     scan: Scan = False,
     furniture: Furniture = None,
@@ -145,7 +154,8 @@ def generate(
     sheet.png.
 
     With --plans also their floors, building-001.geojson and .png and so on, and
-    plans.png. Doors of a graph that could not be drawn are warnings.
+    plans.png. Doors of a graph that could not be drawn are warnings. With --outline
+    they have as many rooms as fill it, unless --rooms is given.
 
     With --worlds also a folder building-001 and so on, with map.yaml and map.png,
     the true map; world.sdf and rooms.json, a world of Gazebo; and truth.geojson,
@@ -162,11 +172,12 @@ def generate(
     left out.
     """
     from pianta.generation import generate as generation
+    from pianta.generation.drawing.site import choose_rooms
     from pianta.generation.type_model_file import read_type_model
     from pianta.io.graphs import read_floor_graph
 
     world_options = _choose_worlds(worlds=worlds, scan=scan, furniture=furniture, noise=noise, resolution=resolution)
-    plans = plans or world_options is not None
+    drawing = _choose_drawing(outline, world_options, plans=plans)
     fewest, most = _read_numbers(at_least or (), "--at-least", default=1), _read_numbers(at_most or (), "--at-most")
     room_range = None if rooms is None else read_range(rooms)
     flags = BatchFlags(jobs, resume, retry_failed, shard, time_limit, scheduler)
@@ -174,7 +185,7 @@ def generate(
     names = [] if is_large else _number_buildings(count, out)
     type_model = read_type_model(model)
     options: _Options = {
-        "rooms": room_range,
+        "rooms": choose_rooms(drawing.outline, type_model) if drawing.outline and room_range is None else room_range,
         "at_least": fewest,
         "at_most": most,
         "similar_to": None if similar_to is None else read_floor_graph(similar_to),
@@ -185,13 +196,47 @@ def generate(
         "seed": seed,
     }
     if not names:
-        _generate_parts(type_model, count, out, options, flags, plans=plans, worlds=world_options, quiet=quiet)
+        _generate_parts(type_model, count, out, options, flags=flags, drawing=drawing, quiet=quiet)
         return
     buildings = generation.generate(type_model, count, jobs=jobs, track=partial(track_items, quiet=quiet), **options)
-    drawn_plans = draw_plans(buildings, type_model, seed=seed, jobs=jobs) if plans else None
-    save_buildings(buildings, names, type_model, out, plans=drawn_plans, worlds=world_options, seed=seed, jobs=jobs)
+    how = {"seed": seed, "jobs": jobs}
+    drawn_plans = draw_plans(buildings, type_model, outline=drawing.outline, **how) if drawing.plans else None
+    save_buildings(buildings, names, type_model, out, plans=drawn_plans, worlds=drawing.worlds, **how)
     if not quiet:
-        _print_buildings(buildings, type_model, out, _list_files(plans=plans, worlds=world_options))
+        _print_buildings(buildings, type_model, out, drawing.list_files())
+
+
+@dataclass(frozen=True)
+class _Drawing:
+    """What is drawn of buildings: plans, inside an outline if it is given, and worlds."""
+
+    plans: bool
+    outline: Polygon | None
+    worlds: WorldOptions | None
+
+    @property
+    def arguments(self) -> dict[str, Any]:
+        """Arguments of `generate_batch`."""
+        worlds = {} if self.worlds is None else {"worlds": True, **asdict(self.worlds)}
+        return {"plans": self.plans, "outline": self.outline, **worlds}
+
+    def list_files(self) -> str:
+        """The files that are written, for people."""
+        files = ["building-*.json", "building-*.graphml", SHEET]
+        files += ["building-*.geojson", "building-*.png", PLAN_SHEET] if self.plans else []
+        if self.worlds:
+            files.append(f"building-*/ with {', '.join(WORLD_FILES)}")
+        if self.worlds and self.worlds.scan:
+            files.append(f"scan-*/ with {', '.join(SCAN_FILES)}")
+        return ", ".join(files)
+
+
+def _choose_drawing(outline: Path | None, worlds: WorldOptions | None, *, plans: bool) -> _Drawing:
+    """What is drawn. Raises FloorError for a file without outline."""
+    from pianta.io.outlines import read_outline
+
+    shape = None if outline is None else read_outline(outline)
+    return _Drawing(plans or worlds is not None or shape is not None, shape, worlds)
 
 
 def _choose_worlds(*, worlds: bool, scan: bool, **options: float | None) -> WorldOptions | None:
@@ -230,17 +275,15 @@ def _generate_parts(
     count: int,
     out: Path,
     options: _Options,
-    flags: BatchFlags,
     *,
-    plans: bool,
-    worlds: WorldOptions | None,
+    flags: BatchFlags,
+    drawing: _Drawing,
     quiet: bool,
 ) -> None:
     """Generate many buildings in parts; print their sizes, and how many are copies."""
-    drawing: dict[str, Any] = {"plans": plans} if worlds is None else {"worlds": True, **asdict(worlds)}
     parts = run_batch(
         lambda progress: generate_batch(
-            model, count, out=out, progress=progress, **drawing, **flags.arguments, **options
+            model, count, out=out, progress=progress, **drawing.arguments, **flags.arguments, **options
         ),
         GENERATED,
         lambda _: [],
@@ -251,7 +294,7 @@ def _generate_parts(
         sizes = list(chain.from_iterable(part["rooms"] for part in described))
         copies = sum(sum(part["copies"]) for part in described)
         _print_counts(sizes, model, copies=copies, repeats=count_repeats(parts))
-        print_result(f"in {out}: part-*, each with {_list_files(plans=plans, worlds=worlds)}")
+        print_result(f"in {out}: part-*, each with {drawing.list_files()}")
     exit_if_any_failed(parts)
 
 
@@ -278,17 +321,6 @@ def _read_numbers(texts: Sequence[str], option: str, *, default: int | None = No
             raise OptionError(f"{option} gives {key} twice, leave one out")
         numbers[key] = int(number) if equals else int(default or 0)
     return numbers
-
-
-def _list_files(*, plans: bool, worlds: WorldOptions | None) -> str:
-    """The files that were written, for people."""
-    files = ["building-*.json", "building-*.graphml", SHEET]
-    files += ["building-*.geojson", "building-*.png", PLAN_SHEET] if plans else []
-    if worlds:
-        files.append(f"building-*/ with {', '.join(WORLD_FILES)}")
-    if worlds and worlds.scan:
-        files.append(f"scan-*/ with {', '.join(SCAN_FILES)}")
-    return ", ".join(files)
 
 
 def _print_buildings(buildings: Sequence[nx.Graph], model: TypeModel, out: Path, files: str) -> None:

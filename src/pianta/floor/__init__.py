@@ -13,7 +13,7 @@ from pianta.floor._parts import (
     Room,
 )
 from pianta.floor._rounding import round_floor
-from pianta.floor._scaling import scale_floor
+from pianta.floor._scaling import move_floor, scale_floor
 
 __all__ = [
     "BALCONY_FLAG",
@@ -26,6 +26,7 @@ __all__ = [
     "Furniture",
     "Room",
     "cells_of_polygon",
+    "move_floor",
     "round_floor",
     "scale_floor",
 ]

@@ -1,7 +1,8 @@
-"""Floors of another size."""
+"""Floors in another frame, or of another size."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import TypeVar
 
@@ -12,6 +13,22 @@ from pianta.floor._floor import Floor
 from pianta.floor._parts import Door, Room
 
 Shape = TypeVar("Shape", LineString, Polygon)
+
+
+def move_floor(floor: Floor, move: Callable[[Shape], Shape]) -> Floor:
+    """The floor with all shapes moved by a function, which keeps lengths."""
+
+    def move_room(room: Room) -> Room:
+        return replace(room, polygon=move(room.polygon), predicted=move(room.predicted) if room.predicted else None)
+
+    return replace(
+        floor,
+        rooms=tuple(map(move_room, floor.rooms)),
+        doors=tuple(replace(door, line=move(door.line)) for door in floor.doors),
+        walls=tuple(map(move, floor.walls)),
+        furniture=tuple(replace(piece, polygon=move(piece.polygon)) for piece in floor.furniture),
+        possible_doors=tuple(replace(door, line=move(door.line)) for door in floor.possible_doors),
+    )
 
 
 def scale_floor(floor: Floor, x_factor: float, y_factor: float) -> Floor:
@@ -29,15 +46,8 @@ def scale_floor(floor: Floor, x_factor: float, y_factor: float) -> Floor:
         line, length = scale_shape(door.line), door.line.length
         return replace(door, line=line, width=door.width * (line.length / length if length else mean_factor))
 
-    def scale_room(room: Room) -> Room:
-        predicted = scale_shape(room.predicted) if room.predicted else None
-        return replace(room, polygon=scale_shape(room.polygon), predicted=predicted)
-
     return replace(
-        floor,
-        rooms=tuple(map(scale_room, floor.rooms)),
+        move_floor(floor, scale_shape),
         doors=tuple(map(scale_door, floor.doors)),
-        walls=tuple(map(scale_shape, floor.walls)),
-        furniture=tuple(replace(piece, polygon=scale_shape(piece.polygon)) for piece in floor.furniture),
         possible_doors=tuple(map(scale_door, floor.possible_doors)),
     )

@@ -3,21 +3,25 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Sequence
 from dataclasses import dataclass
+from types import NoneType
 
 import networkx as nx
 import numpy as np
+from shapely import Polygon
 
 from pianta._arguments import check_argument
 from pianta.errors import BuildingWarning, OptionError
 from pianta.floor import Floor
 from pianta.generation.drawing.arms import find_widest_arm
-from pianta.generation.drawing.blocks import DOOR_CELLS, NARROWEST, Cells, measure_contact, paint_cells
+from pianta.generation.drawing.blocks import DOOR_CELLS, NARROWEST, NO_ROOM, Cells, measure_contact, paint_cells
 from pianta.generation.drawing.choices import Edge
 from pianta.generation.drawing.gaps import close_gaps
 from pianta.generation.drawing.layouts import MARGIN_CELLS, Layout, find_layouts
 from pianta.generation.drawing.losses import ROOM_FACTOR, find_missing_doors, measure_arms, measure_form, measure_width
 from pianta.generation.drawing.programme import Programme, make_programme
+from pianta.generation.drawing.site import OUTSIDE, list_scales, make_site
 from pianta.generation.drawing.walls import build_plan
 from pianta.generation.type_model import TypeModel, prepare_room_graph
 
@@ -53,7 +57,7 @@ class _Candidate:
     missing: tuple[Edge, ...]
 
 
-def draw_plan(graph: nx.Graph, model: TypeModel, *, seed: int = 0) -> DrawnPlan:
+def draw_plan(graph: nx.Graph, model: TypeModel, *, seed: int = 0, outline: Polygon | None = None) -> DrawnPlan:
     """Draw the graph of a building as a floor: corridors as strips, rooms along them, walls and doors.
 
     Rooms have areas of the rooms of the type with the same label. Many layouts are drawn; the one is returned that has
@@ -68,6 +72,9 @@ def draw_plan(graph: nx.Graph, model: TypeModel, *, seed: int = 0) -> DrawnPlan:
         Model of the building type, from `train_type` or `load_model`, of floors with areas.
     seed
         The same seed gives the same floor.
+    outline
+        In which the building is drawn, metres, such as the walls of one that is to be planned anew. Rooms become
+        smaller, within limits, to fit.
 
     Returns
     -------
@@ -81,7 +88,7 @@ def draw_plan(graph: nx.Graph, model: TypeModel, *, seed: int = 0) -> DrawnPlan:
     ModelError
         The floors of the model have no area of a room with one of the labels.
     OptionError
-        The seed is negative, or an argument of another type.
+        The seed is negative, or an argument of another type; the outline is too small, or no layout fits into it.
 
     References
     ----------
@@ -96,19 +103,19 @@ def draw_plan(graph: nx.Graph, model: TypeModel, *, seed: int = 0) -> DrawnPlan:
     """
     check_argument(graph, (nx.Graph,), "graph", "a graph of generate")
     check_argument(model, (TypeModel,), "model", "a model of train_type or load_model")
+    check_argument(outline, (Polygon, NoneType), "outline", "a polygon of shapely")
     if seed < 0:
         raise OptionError(f"seed is {seed}, give 0 or more")
     prepared = prepare_room_graph(graph, model.schema)
     rng = np.random.default_rng(seed)
     # Each room gets the area of a room of the type, most of them those of one floor
-    programme = make_programme(prepared, model, rng)
-    # Spanning trees are drawn without overlaps: corridors as strips, their rooms on both sides
-    layouts = find_layouts(programme, rng)
-    # Doors outside the tree get arms through free space, in the best layouts first; rooms grow into narrow gaps
-    plan = _choose_plan(layouts, programme, rng)
+    programme = make_programme(prepared, model, rng, None if outline is None else make_site(outline))
+    plan = _choose_plan(programme, rng)
     doors = [edge for edge in prepared.edges if edge not in plan.missing]
     # Cells become rooms between walls, with a door for each edge
     floor = build_plan(plan.cells, programme, doors, rng, building_type=model.building_type)
+    if programme.site is not None:
+        floor = programme.site.move(floor)
     return DrawnPlan(floor, tuple(sorted((one + 1, other + 1) for one, other in plan.missing)))
 
 
@@ -119,26 +126,55 @@ def warn_of_missing_doors(plan: DrawnPlan, name: str) -> None:
         warnings.warn(BuildingWarning(f"{name}: no wall for doors {pairs}"), stacklevel=3)
 
 
-def _choose_plan(layouts: list[Layout], programme: Programme, rng: np.random.Generator) -> _Candidate:
-    """The best candidate, by missing doors and then by loss, after arms were added to the best layouts."""
+def _choose_plan(programme: Programme, rng: np.random.Generator) -> _Candidate:
+    """The best candidate; on a site rooms become smaller until one has all doors. Raises OptionError if none fits."""
+    site, best = programme.site, None
+    for scale in [1.0] if site is None else list_scales(sum(programme.areas.values()), site):
+        scaled = programme.scaled(scale)
+        # Spanning trees are drawn without overlaps: corridors as strips, their rooms on both sides
+        layouts = find_layouts(scaled, rng)
+        # Doors outside the tree get arms through free space, in the best layouts first; rooms grow into narrow gaps
+        best = _choose_better(best, _finish_best(layouts, scaled, rng))
+        if best is not None and not best.missing:
+            break
+    if best is not None:
+        return best
+    fault = f"no layout of the {len(programme.graph)} rooms that was tried fits into the outline"
+    raise OptionError(f"{fault}; give a larger outline, fewer rooms, or another seed")
+
+
+def _finish_best(layouts: Sequence[Layout], programme: Programme, rng: np.random.Generator) -> _Candidate | None:
+    """The best candidate, by missing doors and then by loss, after arms were added to the best layouts.
+
+    None if no layout fits on the site.
+    """
     best: _Candidate | None = None
     for number, layout in enumerate(layouts[:MOST_FINISHED]):
         if best is not None and not best.missing and number >= FINISHED:
             break
-        finished = _finish(layout, programme, rng)
-        best = finished if best is None else min(best, finished, key=_rank)
-    if best is None:
-        raise AssertionError("no layout was drawn")
+        best = _choose_better(best, _finish(layout, programme, rng))
     return best
 
 
-def _finish(layout: Layout, programme: Programme, rng: np.random.Generator) -> _Candidate:
-    """A candidate with arms for the doors that miss a wall; those that find no way are the first of another try."""
-    finished = _add_arms(layout, programme, rng, first=())
+def _choose_better(one: _Candidate | None, other: _Candidate | None) -> _Candidate | None:
+    """The candidate with fewer missing doors, of equal ones that which loses less; None is the worst."""
+    return min((each for each in (one, other) if each is not None), key=_rank, default=None)
+
+
+def _finish(layout: Layout, programme: Programme, rng: np.random.Generator) -> _Candidate | None:
+    """A candidate with arms for the doors that miss a wall; those that find no way are the first of another try.
+
+    None for a layout that does not fit on the site.
+    """
+    cells = paint_cells(layout.block, MARGIN_CELLS)
+    on_site = cells if programme.site is None else programme.site.put(cells)
+    if on_site is None:
+        return None
+    finished = _add_arms(on_site.copy(), layout, programme, rng, first=())
     for _ in range(REPEATS):
         if not finished.missing:
             break
-        again = _add_arms(layout, programme, rng, first=finished.missing)
+        again = _add_arms(on_site.copy(), layout, programme, rng, first=finished.missing)
         finished = min(finished, again, key=_rank)
     return finished
 
@@ -147,11 +183,17 @@ def _rank(candidate: _Candidate) -> tuple[int, float]:
     return len(candidate.missing), candidate.loss
 
 
-def _add_arms(layout: Layout, programme: Programme, rng: np.random.Generator, *, first: tuple[Edge, ...]) -> _Candidate:
-    """A candidate with arms; corridors reach for rooms, if one of both is a corridor. first: doors to begin with."""
+def _add_arms(
+    cells: Cells, layout: Layout, programme: Programme, rng: np.random.Generator, *, first: tuple[Edge, ...]
+) -> _Candidate:
+    """A candidate with arms; corridors reach for rooms, if one of both is a corridor.
+
+    cells: of the layout, perhaps on a site, changed in place. first: doors to begin with.
+    """
     graph, corridors = programme.graph, programme.corridors
-    cells, arms, used = paint_cells(layout.block, MARGIN_CELLS), 0, 0
-    order = [layout.missing[index] for index in rng.permutation(len(layout.missing))]
+    arms, used = 0, 0
+    missing = find_missing_doors(cells, graph)
+    order = [missing[index] for index in rng.permutation(len(missing))]
     for one, other in sorted(order, key=lambda edge: (edge not in first, -sum(node in corridors for node in edge))):
         if measure_contact(cells, one, other) >= DOOR_CELLS:
             continue
@@ -162,6 +204,7 @@ def _add_arms(layout: Layout, programme: Programme, rng: np.random.Generator, *,
             arms += 1
             used += int(arm.sum()) * (1 if room in corridors else ROOM_FACTOR)
     close_gaps(cells, [*graph])
+    cells[cells == OUTSIDE] = NO_ROOM
     missing = find_missing_doors(cells, graph)
     loss = measure_form(layout.block, cells, programme) + measure_arms(cells, arms, used)
     return _Candidate(cells, loss, missing)

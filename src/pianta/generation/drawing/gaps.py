@@ -23,9 +23,9 @@ def close_gaps(cells: Cells, rooms: Iterable[int]) -> None:
 
     cells: the room of each cell, changed in place.
     """
-    counts = np.bincount(cells[cells != NO_ROOM])
+    counts = np.bincount(cells[cells >= 0])
     for _ in range(PASSES):
-        boxes = find_objects(cells + 1)
+        boxes = find_objects(np.maximum(cells + 1, 0))
         for room in rooms:
             around = cells[_widen(boxes[room])]
             for turn in range(4):

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from pianta.generation.drawing.blocks import Block, paint_cells
 from pianta.generation.drawing.choices import Choices, Edge, sample_choices
-from pianta.generation.drawing.losses import find_missing_doors, measure_form, measure_gaps
+from pianta.generation.drawing.losses import find_missing_doors, measure_form, measure_gaps, measure_outside
 from pianta.generation.drawing.programme import Programme
 from pianta.generation.drawing.strips import TreeLayout
 
@@ -84,5 +84,7 @@ class _LayoutSearch:
         cells = paint_cells(block, MARGIN_CELLS)
         missing = find_missing_doors(cells, programme.graph)
         loss = measure_form(block, cells, programme)
+        if programme.site is not None:
+            loss += measure_outside(cells, programme.site)
         loss += measure_gaps(cells, missing, programme.corridors, below=below - loss)
         return Layout(choices, block, loss, missing)

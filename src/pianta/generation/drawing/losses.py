@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping
+from collections import Counter, defaultdict
+from collections.abc import Callable, Collection, Mapping, Sequence
 from functools import reduce
+from itertools import chain
 from math import ceil, inf
 
 import cv2
@@ -14,6 +16,7 @@ from numpy.typing import NDArray
 from pianta.generation.drawing.blocks import DOOR_CELLS, NO_ROOM, Block, Cells, measure_contacts
 from pianta.generation.drawing.choices import Edge
 from pianta.generation.drawing.programme import Programme
+from pianta.generation.drawing.site import Site
 
 Mask = NDArray[np.bool_]
 Pixels = NDArray[np.uint8]  # 0 and 1
@@ -22,8 +25,10 @@ Pixels = NDArray[np.uint8]  # 0 and 1
 LOSS_BY_LENGTH = 0.3  # for each time that it is as long as wide
 LOSS_BY_FACADE = 0.6  # for the length of the facade, over the side of a square of the same area
 LOSS_BY_ELONGATION = 0.15  # for each time that corridors are as long as wide, on average
-LOSS_BY_DARKNESS = 2.0  # if no room has windows and all need some
+LOSS_BY_DARKNESS = 3.0  # if no room has windows and all need some
 WINDOW_CELLS = 4  # of outer wall, with which a room has windows
+COURT_CELLS = 15  # least width of a court with windows to it; narrower gaps are closed
+LOSS_BY_OUTSIDE = 60.0  # if nothing is on the site
 LOSS_BY_DOOR = 0.3  # for a door that needs an arm
 GAP_WIDTH = 5  # cells of arm for each cell of the way between the rooms of such a door
 POOL = 2  # side of the blocks of cells of which ways consist
@@ -74,12 +79,19 @@ def measure_elongation(cells: Cells, corridors: frozenset[object]) -> float:
 
 def measure_darkness(cells: Cells, window_needs: Mapping[int, float]) -> float:
     """The loss by rooms without outer wall, by how much each needs windows; the mean over all rooms."""
+    kernel = np.ones((COURT_CELLS, COURT_CELLS), np.uint8)
+    is_open = cv2.morphologyEx((cells == NO_ROOM).view(np.uint8), cv2.MORPH_OPEN, kernel) == 1
     lit = np.zeros(len(window_needs), np.int64)
-    for lines in (cells, cells.T):
-        for room, beside in ((lines[:-1], lines[1:]), (lines[1:], lines[:-1])):
-            lit += np.bincount(room[(room != NO_ROOM) & (beside == NO_ROOM)], minlength=len(lit))
+    for lines, air in ((cells, is_open), (cells.T, is_open.T)):
+        for room, beside in ((lines[:-1], air[1:]), (lines[1:], air[:-1])):
+            lit += np.bincount(room[(room != NO_ROOM) & beside], minlength=len(lit))
     needs = np.array([window_needs[room] for room in range(len(lit))])
     return LOSS_BY_DARKNESS * float(needs[lit < WINDOW_CELLS].sum()) / len(needs)
+
+
+def measure_outside(cells: Cells, site: Site) -> float:
+    """The loss by the share of a layout that is not on a site, wherever it is put."""
+    return LOSS_BY_OUTSIDE * site.find_place(cells, pool=POOL).outside / int((cells != NO_ROOM).sum())
 
 
 def measure_gaps(cells: Cells, missing: Collection[Edge], corridors: frozenset[object], *, below: float = inf) -> float:
@@ -91,13 +103,24 @@ def measure_gaps(cells: Cells, missing: Collection[Edge], corridors: frozenset[o
     free = _pool(cells == NO_ROOM, np.logical_and)
     ways = np.asarray(cv2.erode(free, np.ones((2, 2), np.uint8), anchor=(0, 0), borderValue=0), np.uint8)
     loss = LOSS_BY_DOOR * len(missing)
-    for one, other in missing:
+    for room, others in _group_by_room(missing).items():
         if loss >= below:
             break
-        starts, ends = (_dilate(_pool(cells == room, np.logical_or), NEAR) & ways for room in (one, other))
-        factor = 1 if one in corridors or other in corridors else ROOM_FACTOR
-        loss += LOSS_BY_ARM * factor * GAP_WIDTH * POOL * _measure_way(starts, ends, ways) / area
+        start, *goals = (_dilate(_pool(cells == each, np.logical_or), NEAR) & ways for each in (room, *others))
+        for other, way in zip(others, _measure_ways(start, goals, ways), strict=True):
+            factor = 1 if room in corridors or other in corridors else ROOM_FACTOR
+            loss += LOSS_BY_ARM * factor * GAP_WIDTH * POOL * way / area
     return loss
+
+
+def _group_by_room(edges: Collection[Edge]) -> dict[int, list[int]]:
+    """The other rooms of edges by one of their rooms, that with most edges, so that there are few groups."""
+    counts = Counter(chain.from_iterable(edges))
+    groups: dict[int, list[int]] = defaultdict(list)
+    for edge in edges:
+        room, other = sorted(edge, key=lambda each: -counts[each])
+        groups[room].append(other)
+    return groups
 
 
 def _dilate(pixels: Pixels, kernel: Pixels) -> Pixels:
@@ -111,17 +134,18 @@ def _pool(mask: Mask, join: Callable[[Mask, Mask], Mask]) -> Pixels:
     return reduce(join, (lines[:, first::POOL] for first in range(POOL))).view(np.uint8)
 
 
-def _measure_way(starts: Pixels, ends: Pixels, ways: Pixels) -> int:
-    """Blocks of cells of the shortest way from one of the starts to one of the ends, at most MAX_WAY."""
-    reached, count = starts, 0
-    for length in range(MAX_WAY):
-        if (reached & ends).any():
-            return length + 1
-        reached = _dilate(reached, CROSS) & ways
-        # Nothing new is reached
-        if count == (count := int(np.count_nonzero(reached))):
+def _measure_ways(start: Pixels, goals: Sequence[Pixels], ways: Pixels) -> list[int]:
+    """Blocks of cells of the shortest way from a start to each goal, at most MAX_WAY."""
+    lengths = np.ones_like(start)
+    reached, count = start, 0
+    for _ in range(MAX_WAY):
+        # A single goal is reached, or nothing new
+        if (len(goals) == 1 and (reached & goals[0]).any()) or count == (count := int(np.count_nonzero(reached))):
             break
-    return MAX_WAY
+        lengths += 1 - reached
+        reached = _dilate(reached, CROSS) & ways
+    lengths[reached == 0] = MAX_WAY
+    return [int(lengths[goal == 1].min(initial=MAX_WAY)) for goal in goals]
 
 
 def measure_arms(cells: Cells, arms: int, used: int) -> float:

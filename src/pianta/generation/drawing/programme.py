@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import networkx as nx
@@ -13,6 +13,7 @@ import numpy as np
 from pianta.generation.drawing.blocks import CELL
 from pianta.generation.drawing.gaps import GROWTH
 from pianta.generation.drawing.room_sizes import sample_areas
+from pianta.generation.drawing.site import Site
 from pianta.generation.type_model import TypeModel
 from pianta.graphs.metrics import find_corridors
 
@@ -26,7 +27,7 @@ class Programme:
     """What is drawn.
 
     graph: connected; nodes are integers. corridors: nodes. areas: of each room, in cells. window_needs: of each room,
-    0 to 1. door_widths: of which each door has one, m.
+    0 to 1. door_widths: of which each door has one, m. site: in which the building is drawn; None for anywhere.
     """
 
     graph: nx.Graph
@@ -34,9 +35,14 @@ class Programme:
     areas: Mapping[int, float]
     window_needs: Mapping[int, float]
     door_widths: Sequence[float]
+    site: Site | None = None
+
+    def scaled(self, scale: float) -> Programme:
+        """The programme with areas that are multiplied."""
+        return replace(self, areas={room: scale * area for room, area in self.areas.items()})
 
 
-def make_programme(graph: nx.Graph, model: TypeModel, rng: np.random.Generator) -> Programme:
+def make_programme(graph: nx.Graph, model: TypeModel, rng: np.random.Generator, site: Site | None = None) -> Programme:
     """The programme of a graph, with areas of rooms of the type, most of them those of one floor.
 
     Raises ModelError with the labels of which the floors of the model have no area.
@@ -49,6 +55,7 @@ def make_programme(graph: nx.Graph, model: TypeModel, rng: np.random.Generator) 
         {room: area / CELL**2 / GROWTH for room, area in areas.items()},
         {room: needs.get(label, 0.0) for room, label in graph.nodes(data="label")},
         list_door_widths(model),
+        site,
     )
 
 

@@ -1,0 +1,64 @@
+"""The outline of a building from a file: a GeoJSON polygon, or a floor."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import shapely
+from shapely import Polygon
+
+from pianta.errors import FloorError
+from pianta.io._checked import read_checked
+
+FLOOR_FILE = "floor.geojson"
+MAX_FILE_BYTES = 64 * 2**20
+MAX_LENGTH = 1e5  # m; longer ones are degrees, millimetres or damaged
+LEAST_AREA = 4.0  # m²
+WIDEST_WALL = 0.8  # m, between rooms
+HALF_WALL = 0.15  # m, from rooms to the axes of outer walls
+LEAST_COURT = 10.0  # m²; smaller holes are shafts
+
+
+def read_outline(path: str | Path) -> Polygon:
+    """The outline in a GeoJSON file, in metres; of several polygons, such as the rooms of a floor, that around all.
+
+    path: also a folder with a floor.geojson.
+    Raises FloorError, in one line, for a file without polygons, and with some that lie apart.
+    """
+    file = Path(path)
+    file = file / FLOOR_FILE if file.is_dir() else file
+    return read_checked(file, "outline", FloorError, _parse_outline, max_bytes=MAX_FILE_BYTES)
+
+
+def _parse_outline(content: bytes) -> Polygon:
+    try:
+        parsed = shapely.from_geojson(content)
+    except (shapely.errors.GEOSException, UnicodeDecodeError):
+        raise FloorError("it is no GeoJSON, give a file with a polygon") from None
+    parts = [part for part in shapely.get_parts(shapely.get_parts(parsed)) if isinstance(part, Polygon)]
+    polygons = [part for part in parts if not part.is_empty]
+    if not polygons:
+        raise FloorError("it has no polygon, give one, in metres")
+    corners = shapely.get_coordinates(polygons)
+    if not (np.isfinite(corners).all() and (np.ptp(corners, axis=0) < MAX_LENGTH).all()):
+        raise FloorError(f"its corners are more than {MAX_LENGTH:g} m apart, give metres")
+    if not all(polygon.is_valid for polygon in polygons):
+        raise FloorError("its sides cross each other, give the corners in order")
+    outline = polygons[0] if len(polygons) == 1 else _surround(polygons)
+    if not isinstance(outline, Polygon):
+        raise FloorError(f"its polygons are in {len(outline.geoms)} parts that do not touch, give one polygon")
+    if outline.area < LEAST_AREA:
+        raise FloorError(f"it has {outline.area:.3g} m², and {LEAST_AREA:g} at least are needed; give metres")
+    return outline
+
+
+def _surround(polygons: list[Polygon]) -> shapely.Geometry:
+    """The outline of all polygons with the walls between and around them."""
+    wide = shapely.union_all(shapely.buffer(polygons, WIDEST_WALL / 2, join_style="mitre"))
+    joined = wide.buffer(HALF_WALL - WIDEST_WALL / 2, join_style="mitre")
+    parts = [
+        Polygon(part.exterior, [hole for hole in part.interiors if Polygon(hole).area >= LEAST_COURT])
+        for part in shapely.get_parts(joined)
+    ]
+    return parts[0] if len(parts) == 1 else shapely.MultiPolygon(parts)
