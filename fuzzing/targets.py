@@ -36,6 +36,7 @@ from pianta.io.graphs import read_graph, read_room_graphs
 from pianta.io.images import read_picture
 from pianta.io.label_schemas import read_label_schema, save_label_schema
 from pianta.io.maps import read_map
+from pianta.io.outlines import read_outline
 from pianta.io.ros_maps import read_ros_map
 from pianta.io.valetudo import read_valetudo_map
 from pianta.io.writers.nav2_route import read_route_graph
@@ -81,6 +82,10 @@ SVG = (
     "<svg xmlns='http://www.w3.org/2000/svg' width='90' height='90' viewBox='0 0 9 9'><style>.w {stroke: black}</style>"
     "<g id='walls' transform='translate(1 2) rotate(5)'><path class='w' d='M0 0H9V9Q3 4 2 1A3 3 0 0 1 5 5Z'/></g>"
     "<defs><rect id='r' width='2' height='3'/></defs><use href='#r' x='1'/><text x='2' y='3'>Bath</text></svg>"
+)
+OUTLINE = (
+    '{"type": "FeatureCollection", "features": [{"type": "Feature", "properties": {}, "geometry": {"type": "Polygon", '
+    '"coordinates": [[[0, 0], [20, 0], [20, 9.5], [0, 9]], [[4, 4], [9, 4], [9, 8], [4, 8]]]}}]}'
 )
 GEOREFERENCE = """crs: EPSG:32632
 points:
@@ -172,6 +177,7 @@ def list_targets(folder: Path) -> Mapping[str, Target]:
     return {
         **buildings,
         "floor": Target(".geojson", read_floor, seeds("floor.geojson")),
+        "outline": Target(".geojson", read_outline, (OUTLINE.encode(), *seeds("floor.geojson"))),
         "thesis_xml": Target(".xml", read_building_xml, (THESIS.encode(),)),
         "map_yaml": Target(".yaml", _with_image(read_ros_map, picture), seeds("map.yaml")),
         "npz": Target(".npz", read_map, seeds("map.npz")),

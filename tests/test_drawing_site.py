@@ -65,8 +65,8 @@ class TestSite:
 
     def test_a_building_is_turned_to_fit(self):
         site = make_site(box(0, 0, 20, 5))
-        place = site.find_place(fill(30, 8))
-        assert (place.turns % 2, place.outside) == (1, 0)
+        position = site.find_position(fill(30, 8))
+        assert (position.turns % 2, position.outside) == (1, 0)
         on_site = site.put(fill(30, 8))
         assert on_site is not None
         assert ((on_site == 0).sum(), (on_site == NO_ROOM).sum()) == (240, site.area - 240)
@@ -74,7 +74,7 @@ class TestSite:
 
     def test_what_is_outside_is_cut_off(self):
         site = make_site(box(0, 0, 20, 5))
-        assert site.find_place(fill(12, 40)).outside == 2 * 40
+        assert site.find_position(fill(12, 40)).outside == 2 * 40
         on_site = site.put(fill(12, 40))
         assert on_site is not None
         assert (on_site == 0).sum() == 10 * 40
@@ -86,9 +86,9 @@ class TestSite:
         """Two squares of 4 m with a passage of 1 m between their middles, where the outline has none."""
         cells = fill(8, 26)
         cells[3:6, 11:21] = cells[8:11, 11:21] = NO_ROOM
-        whole = box(0, 0, 13, 4)
-        assert make_site(whole).put(cells) is not None
-        assert make_site(whole.difference(box(4, 1, 9, 4))).put(cells) is None
+        outline = box(0, 0, 13, 4)
+        assert make_site(outline).put(cells) is not None
+        assert make_site(outline.difference(box(4, 1, 9, 4))).put(cells) is None
 
     def test_areas_become_smaller_to_fit(self):
         site = make_site(box(0, 0, 20, 10))  # 800 cells, of which 640 are filled

@@ -15,8 +15,8 @@ from pianta.floor import Floor
 
 Geometries = NDArray[np.object_]
 
-# GEOS sometimes leaves a floating-point flag set when it buffers, and numpy would warn of it; the results are correct.
-QUIET_BUFFERS = np.errstate(invalid="ignore")
+# GEOS sometimes leaves floating-point flags set when it buffers, and numpy would warn of them; the results are correct.
+QUIET_BUFFERS = np.errstate(invalid="ignore", divide="ignore")
 # Lengths as shares of the unit, which is 6.5 m in the median school or office; chosen by hand.
 MAX_WALL_THICKNESS = 0.1
 NICHE_WIDTH = 0.08

@@ -90,8 +90,8 @@ def measure_darkness(cells: Cells, window_needs: Mapping[int, float]) -> float:
 
 
 def measure_outside(cells: Cells, site: Site) -> float:
-    """The loss by the share of a layout that is not on a site, wherever it is put."""
-    return LOSS_BY_OUTSIDE * site.find_place(cells, pool=POOL).outside / int((cells != NO_ROOM).sum())
+    """The loss by the share of a layout that is not on a site, at the best position."""
+    return LOSS_BY_OUTSIDE * site.find_position(cells, pool=POOL).outside / int((cells != NO_ROOM).sum())
 
 
 def measure_gaps(cells: Cells, missing: Collection[Edge], corridors: frozenset[object], *, below: float = inf) -> float:

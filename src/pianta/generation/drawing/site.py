@@ -31,7 +31,7 @@ LEAST_SHARE = 0.7  # of the most rooms that fit, in buildings that fill an outli
 LEAST_PART = 0.6  # of a room that must be inside; chosen by hand
 
 
-class Place(NamedTuple):
+class Position(NamedTuple):
     """Where cells are on a site: after quarter turns, the row and column of their first cell.
 
     outside: how many cells of rooms are not on the site.
@@ -47,8 +47,8 @@ class Place(NamedTuple):
 class Site:
     """An outline as cells.
 
-    mask: the cells inside, with a frame of others. angle: degrees by which the cells are turned to lie on the outline;
-    x, y: where the first cell is before that, m.
+    mask: the cells inside, with a frame of cells outside. angle: degrees by which the cells are turned to lie on the
+    outline. x, y: corner of the first cell before that, m.
     """
 
     mask: Mask
@@ -61,9 +61,9 @@ class Site:
         """Cells."""
         return int(self.mask.sum())
 
-    def find_place(self, cells: Cells, *, pool: int = 1) -> Place:
+    def find_position(self, cells: Cells, *, pool: int = 1) -> Position:
         """Where most cells of rooms are on the site. pool: side of the blocks of cells that are compared, for speed."""
-        site, places = _shrink(self.mask, pool), []
+        site, positions = _shrink(self.mask, pool), []
         for turns in range(4):
             building = _shrink(np.rot90(cells != NO_ROOM, turns), pool)
             height, width = building.shape
@@ -71,17 +71,17 @@ class Site:
             overlap = cv2.matchTemplate(padded, building, cv2.TM_CCORR)
             row, column = np.unravel_index(int(np.argmax(overlap)), overlap.shape)
             outside = (float(building.sum()) - float(overlap[row, column])) * pool**2
-            places.append(Place(turns, (int(row) - height) * pool, (int(column) - width) * pool, outside))
-        return min(places, key=lambda place: place.outside)
+            positions.append(Position(turns, (int(row) - height) * pool, (int(column) - width) * pool, outside))
+        return min(positions, key=lambda position: position.outside)
 
     def put(self, cells: Cells) -> Cells | None:
         """The cells on the site, OUTSIDE around it, without what is not on it; None if that is too much of a room."""
-        place = self.find_place(cells)
-        turned = np.rot90(cells, place.turns)
-        # A margin around the building into which the site reaches, wherever it is
+        position = self.find_position(cells)
+        turned = np.rot90(cells, position.turns)
+        # Margins around the building as large as the site, which may reach into each
         rows, columns = self.mask.shape
         sheet = np.pad(turned, ((rows, rows), (columns, columns)), constant_values=NO_ROOM)
-        window = sheet[rows - place.row :, columns - place.column :][:rows, :columns]
+        window = sheet[rows - position.row :, columns - position.column :][:rows, :columns]
         on_site = np.where(self.mask, window, OUTSIDE).astype(np.int32)
         before, after = (np.bincount(each[each >= 0], minlength=cells.max() + 1) for each in (cells, on_site))
         if (after < LEAST_PART * before).any() or not all(map(_is_whole, _list_rooms(on_site, before - after))):
@@ -99,10 +99,10 @@ def choose_rooms(outline: Polygon, model: TypeModel) -> tuple[int, int]:
     Raises ModelError for a model without areas, and OptionError for an outline that is too small for the type.
     """
     floors = [dict(floor.graph.nodes(data="area")) for floor in model.floors]
-    known = [[area for area in floor.values() if area is not None] for floor in floors]
-    if not any(known):
+    areas = [[area for area in floor.values() if area is not None] for floor in floors]
+    if not any(areas):
         raise ModelError("the model has no areas of rooms, train it on floors with outlines")
-    needed = GROWTH * sum(map(sum, known)) / sum(map(len, known))
+    needed = GROWTH * sum(map(sum, areas)) / sum(map(len, areas))
     smallest, largest = min(map(len, floors)), max(map(len, floors))
     most = int(outline.area / needed)
     if most < smallest:
@@ -126,9 +126,9 @@ def make_site(outline: Polygon) -> Site:
     rows, columns = ceil((top - y) / CELL) + 1, ceil((right - x) / CELL) + 1
     across, up = np.meshgrid(x + np.arange(columns) * CELL, y + np.arange(rows) * CELL)
     inside = shapely.contains_xy(level.buffer(CELL / 100), across, up)
-    whole = inside[:-1, :-1] & inside[:-1, 1:] & inside[1:, :-1] & inside[1:, 1:]
+    covered = inside[:-1, :-1] & inside[:-1, 1:] & inside[1:, :-1] & inside[1:, 1:]
     margin = FRAME_CELLS * CELL
-    return Site(np.pad(whole, FRAME_CELLS), angle, x - margin, y - margin)
+    return Site(np.pad(covered, FRAME_CELLS), angle, x - margin, y - margin)
 
 
 def list_scales(needed: float, site: Site) -> list[float]:
