@@ -10,12 +10,16 @@ from draw_pictures import ACCENT, IMAGES, SHADE, WALL, frame, save
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from PIL import Image
+from shapely import Polygon, box
+from shapely.affinity import rotate
 
 from pianta.batch.world_folders import FURNITURE, NOISE
 from pianta.errors import DataError
 from pianta.floor import Floor
 from pianta.generation.buildings import BuildingSampler, generate_buildings
 from pianta.generation.drawing.draw import draw_plan
+from pianta.generation.drawing.site import choose_rooms
+from pianta.generation.generate import generate
 from pianta.generation.train import train_type
 from pianta.generation.type_model import TypeFloor, TypeModel
 from pianta.io.buildings.read import list_buildings, read_building
@@ -33,6 +37,12 @@ from pianta_bench.data.folders import find_data
 FLOORS, SEED, COUNT = 16, 6, 18
 PLANS = 6  # of the generated buildings, drawn as floors
 WORLDS = 3  # of these, the smallest ones, furnished and scanned
+# In metres: turned, an L, and with a court
+OUTLINES = (
+    rotate(box(0, 0, 62, 34), 25),
+    Polygon([(0, 0), (62, 0), (62, 26), (26, 26), (26, 62), (0, 62)]),
+    box(0, 0, 56, 48).difference(box(20, 20, 36, 30)),
+)
 WORLD_WIDTH = 5.0  # inches
 WORLD_GRID = {"left": 0.01, "right": 0.99, "bottom": 0.01, "top": 0.99, "wspace": 0.02, "hspace": 0.02}
 # Colours of the picture; with so few its file has a fifth of the size.
@@ -64,8 +74,25 @@ def main() -> None:
     floors = [draw_plan(building, model, seed=number).floor for number, building in enumerate(buildings[:PLANS])]
     titles = [f"{len(floor)} rooms" for floor in floors]
     save_small(draw_plan_sheet(floors, titles, schema=SCHOOL), "drawn_plans")
+    save_small(draw_outlines(model), "drawn_outlines")
     smallest = sorted(floors, key=len)[:WORLDS]
     save_small(draw_worlds(smallest), "drawn_worlds")
+
+
+def draw_outlines(model: TypeModel) -> Figure:
+    """Schools inside outlines, which are dashed."""
+    figure = new_figure(WORLD_WIDTH * len(OUTLINES), WORLD_WIDTH)
+    axes = figure.subplots(1, len(OUTLINES), squeeze=False, gridspec_kw=WORLD_GRID)[0]
+    for outline, ax in zip(OUTLINES, axes, strict=True):
+        (building,) = generate(model, 1, rooms=choose_rooms(outline, model), seed=SEED)
+        plot_floor(draw_plan(building, model, outline=outline).floor, ax=ax)
+        for ring in (outline.exterior, *outline.interiors):
+            ax.plot(*ring.xy, "--", color=ACCENT, linewidth=1.2)
+        ax.set_axis_off()
+        ax.set_aspect("equal")
+        ax.margins(0.02)
+        ax.autoscale()
+    return figure
 
 
 def draw_worlds(floors: Sequence[Floor]) -> Figure:

@@ -93,8 +93,8 @@ def generate_batch(
     plans
         Whether the buildings are also drawn as floors, by `draw_plan`: building-000001.geojson and .png, and plans.png.
     outline
-        In which each building is drawn, metres, as of `draw_plan`; without `rooms` the buildings have as many as fill
-        it. Buildings are then drawn.
+        In which each building is drawn, metres, as of `draw_plan`; without `rooms` the buildings have about as many as
+        there is space for. Buildings are then drawn.
     worlds
         Whether the floors also become worlds, in folders building-000001 and so on: map.yaml with its image, a world of
         Gazebo, and the truth with its furniture. Floors are then drawn, too.

@@ -27,7 +27,7 @@ LARGEST_SIDE = 1000.0  # m, of a site
 FILLED = 0.8  # of a site, at most, by the rooms before they grow; chosen by hand
 SHRINKAGE = 0.85  # of the areas of rooms of which no layout fits
 LEAST_SCALE = 0.5  # of the areas of rooms that are made to fit; chosen by hand
-LEAST_SHARE = 0.7  # of the most rooms that fit, in buildings that fill an outline; chosen by hand
+LEAST_SHARE = 0.7  # of the most rooms that fit, in the smallest building for an outline; chosen by hand
 LEAST_PART = 0.6  # of a room that must be inside; chosen by hand
 
 
@@ -94,7 +94,7 @@ class Site:
 
 
 def choose_rooms(outline: Polygon, model: TypeModel) -> tuple[int, int]:
-    """The numbers of rooms of buildings of a type that fill an outline.
+    """The numbers of rooms of buildings of a type for which an outline has space, fewest and most.
 
     Raises ModelError for a model without areas, and OptionError for an outline that is too small for the type.
     """
