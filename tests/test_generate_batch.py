@@ -199,7 +199,7 @@ class TestCommand:
             with Image.open(tmp_path / "out" / f"building-{number:03}.png") as picture:
                 assert max(picture.size) >= 1600
         with Image.open(tmp_path / "out" / "plans.png") as sheet:
-            assert sheet.size == (1920, 640)
+            assert (sheet.width, sheet.height > 700) == (1920, True)
         assert run_pianta(*command, tmp_path / "two", "--jobs", 2).code == 0
         assert list_files(tmp_path / "two") == list_files(tmp_path / "out")
         assert run_pianta(*command, tmp_path / "parts", "--shard", "1/1").code == 0

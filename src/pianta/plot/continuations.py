@@ -15,7 +15,7 @@ from pianta.gridmap import GridMap
 from pianta.io._files import count_noun
 from pianta.labels import SCHEMAS, LabelSchema
 from pianta.plot.figure import clean_legend, new_figure
-from pianta.plot.floor import list_samples, plot_floor
+from pianta.plot.floor import list_shared_samples, plot_floor
 from pianta.plot.grid import add_image, plot_grid
 from pianta.plot.picture import Extent, show_extent
 from pianta.plot.styles import DARK_INK, Schemas
@@ -53,7 +53,7 @@ def draw_continuations_picture(
     left, bottom, right, top = extent
     scale = SIDE / max(right - left, top - bottom)
     width, height = (right - left) * scale, (top - bottom) * scale
-    handles, texts = zip(*_list_legend([plan.floor for plan in continuations.plans], schemas), strict=True)
+    handles, texts = zip(*list_shared_samples([plan.floor for plan in continuations.plans], schemas), strict=True)
     below = LEGEND_ROW * (ceil(len(handles) / LEGEND_COLUMNS) + 1)
     count = len(continuations.plans) + 1
     size = (count * (width + GAP) + GAP + BAR + BAR_LABELS, height + below + TITLE)
@@ -99,17 +99,6 @@ def _plot_plan(plan: Continuation, grid: GridMap | None, schemas: Schemas, sampl
     missing = f", {count_noun(plan.unplaced, 'room')} without space" if plan.unplaced else ""
     title = f"sample {plan.sample + 1} of {samples}: as {100 * plan.share:.0f} % of them{missing}"
     ax.set_title(title, fontsize=FONT_SIZE, color=DARK_INK)
-
-
-def _list_legend(floors: Sequence[Floor], schemas: Schemas) -> list[tuple[Any, str]]:
-    """Handles and texts for what any of the floors has; labels without the numbers of their rooms."""
-    labels: dict[str, Any] = {}
-    marks: dict[str, Any] = {}
-    for floor in floors:
-        for handle, text in list_samples(floor, schemas):
-            _, is_label, label = text.partition(" × ")
-            (labels if is_label else marks).setdefault(label.partition(" (")[0] or text, handle)
-    return [(handle, text) for entries in (labels, marks) for text, handle in entries.items()]
 
 
 def _find_extent(floors: Sequence[Floor]) -> Extent:

@@ -5,6 +5,7 @@ matplotlib is imported when something is drawn; pyplot only for a new ax that a 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -181,6 +182,17 @@ def list_samples(floor: Floor, schemas: Schemas, *, graph: bool = False) -> list
         node = Line2D([], [], linestyle="", marker=marker, markersize=7, color=DARK_INK, markerfacecolor="white")
         samples.append((node, name))
     return samples
+
+
+def list_shared_samples(floors: Sequence[Floor], schemas: Schemas) -> list[tuple[Artist, str]]:
+    """Handles and texts for what any of the floors has; labels without the numbers of their rooms."""
+    labels: dict[str, Artist] = {}
+    marks: dict[str, Artist] = {}
+    for floor in floors:
+        for handle, text in list_samples(floor, schemas):
+            _, is_label, label = text.partition(" × ")
+            (labels if is_label else marks).setdefault(label.partition(" (")[0] or text, handle)
+    return [(handle, text) for entries in (labels, marks) for text, handle in entries.items()]
 
 
 def _list_passages(floor: Floor) -> list[tuple[Artist, str]]:
