@@ -222,7 +222,8 @@ def read_faults(out: Path) -> list[tuple[str, str]]:
 
 def check_results(out: Path) -> None:
     """Each folder of results must have all its files."""
-    for folder in out.iterdir():
+    # A program that was killed early has not created it
+    for folder in out.iterdir() if out.is_dir() else ():
         if folder.is_dir() and not folder.name.startswith(".") and folder.name != FAULTS:
             missing = [name for name in OUTPUTS if not (folder / name).is_file()]
             if missing:
