@@ -213,7 +213,9 @@ def test_a_file_that_fails_is_not_called_by_its_temporary_folder(tmp_path):
         with atomic_folder(tmp_path / "new") as folder, atomic_file(folder / "one.txt"):
             raise OSError(errno.ENOSPC, "No space left on device")
 
-    message = f"cannot write '{tmp_path / 'new'}': No space left on device; free space where the output goes"
+    message = (
+        f"cannot write '{tmp_path / 'new' / 'one.txt'}': No space left on device; free space where the output goes"
+    )
     with pytest.raises(WriteError, match=f"^{message}$") as refused:
         fill_the_disk()
     assert is_disk_full(refused.value)

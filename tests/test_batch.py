@@ -803,7 +803,10 @@ class TestFaults:
             with pytest.raises(OptionError) as refused:
                 read(maps, tmp_path / "out")
         remedy = "free space where the output goes, and go on by the same command"
-        assert str(refused.value) == f"cannot write '{tmp_path / 'out' / 'b'}': No space left on device; {remedy}"
+        assert (
+            str(refused.value)
+            == f"cannot write '{tmp_path / 'out' / 'b' / 'floor.geojson'}': No space left on device; {remedy}"
+        )
         assert sorted(path.name for path in (tmp_path / "out").iterdir()) == ["a", "journal.sqlite"]
         assert list_new(read(maps, tmp_path / "out")) == {"b", "c", "broken"}
 

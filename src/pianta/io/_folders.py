@@ -78,7 +78,7 @@ def atomic_folder(folder: Path, *, optional: Sequence[str] = ()) -> Iterator[Pat
     Raises WriteError, in one line, for every OSError of the block, and PiantaError if a folder has the name of a file.
     """
     new_folders = [path for path in (folder, *folder.parents) if not path.exists()]
-    is_new = folder in new_folders
+    is_new, temporary = folder in new_folders, folder
     try:
         if is_new:
             folder.parent.mkdir(parents=True, exist_ok=True)
@@ -107,9 +107,7 @@ def atomic_folder(folder: Path, *, optional: Sequence[str] = ()) -> Iterator[Pat
         raise make_write_error(folder, exception) from exception
     except WriteError as error:
         # It names a file of the temporary folder
-        if not isinstance(error.__cause__, OSError):
-            raise
-        raise make_write_error(folder, error.__cause__) from error.__cause__
+        raise WriteError(str(error).replace(str(temporary), str(folder))) from error.__cause__
     finally:
         _remove_empty(new_folders)
 
