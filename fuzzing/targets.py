@@ -177,7 +177,7 @@ def list_targets(folder: Path) -> Mapping[str, Target]:
     return {
         **buildings,
         "floor": Target(".geojson", read_floor, seeds("floor.geojson")),
-        "outline": Target(".geojson", read_outline, (OUTLINE.encode(), *seeds("floor.geojson"))),
+        "outline": Target(".geojson", read_outline, (OUTLINE.encode(),)),
         "thesis_xml": Target(".xml", read_building_xml, (THESIS.encode(),)),
         "map_yaml": Target(".yaml", _with_image(read_ros_map, picture), seeds("map.yaml")),
         "npz": Target(".npz", read_map, seeds("map.npz")),
