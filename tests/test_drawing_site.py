@@ -183,6 +183,7 @@ class TestReadOutline:
         ("content", "fault"),
         [
             ("polygon", "it is no GeoJSON"),
+            ('{"type": "GeometryCollection", "geometries": [' * 100_000 + "]}" * 100_000, "it is no GeoJSON"),
             ('{"type": "Point", "coordinates": [1, 2]}', "it has no polygon"),
             ('{"type": "FeatureCollection", "features": []}', "it has no polygon"),
             (to_geojson(box(9.18, 45.4, 9.181, 45.401)), "give metres"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -33,8 +34,9 @@ def read_outline(path: str | Path) -> Polygon:
 
 def _parse_outline(content: bytes) -> Polygon:
     try:
-        parsed = shapely.from_geojson(content)
-    except (shapely.errors.GEOSException, UnicodeDecodeError):
+        json.loads(content)  # refuses what is nested so deeply that GEOS would end the process
+        parsed = shapely.force_2d(shapely.from_geojson(content))
+    except (shapely.errors.GEOSException, ValueError, RecursionError):
         raise FloorError("it is no GeoJSON, give a file with a polygon") from None
     parts = [part for part in shapely.get_parts(shapely.get_parts(parsed)) if isinstance(part, Polygon)]
     polygons = [part for part in parts if not part.is_empty]
