@@ -166,6 +166,13 @@ class TestReadOutline:
         (tmp_path / "o.json").write_text(to_geojson(LEVEL))
         assert read_outline(tmp_path / "o.json").equals(LEVEL)
 
+    def test_heights_of_some_corners_are_dropped(self, tmp_path):
+        corners = [[0, 0, 1], [50, 0], [50, 30], [0, 30], [0, 0, 2]]
+        (tmp_path / "o.json").write_text(json.dumps({"type": "Polygon", "coordinates": [corners]}))
+        outline = read_outline(tmp_path / "o.json")
+        assert outline.equals(LEVEL)
+        assert make_site(outline).area == 100 * 60
+
     def test_a_feature(self, tmp_path):
         feature = {"type": "Feature", "properties": {}, "geometry": json.loads(to_geojson(SHAPES["a court"]))}
         (tmp_path / "o.json").write_text(json.dumps(feature))
@@ -188,6 +195,7 @@ class TestReadOutline:
             ('{"type": "FeatureCollection", "features": []}', "it has no polygon"),
             (to_geojson(box(9.18, 45.4, 9.181, 45.401)), "give metres"),
             (to_geojson(box(0, 0, 1e9, 1)), "give metres"),
+            (to_geojson(box(1e8, 0, 1e8 + 40, 30)), "from the origin"),
             (to_geojson(Polygon([(0, 0), (9, 9), (9, 0), (0, 9)])), "its sides cross"),
             (to_geojson(box(0, 0, 9, 9).union(box(50, 0, 59, 9))), "in 2 parts"),
         ],
@@ -220,3 +228,13 @@ def test_the_command(model, tmp_path):
     assert [pianta.read_floor(file).rooms for file in sorted((tmp_path / "parts").glob("*/building-*.geojson"))] == [
         floor.rooms for floor in floors
     ]
+
+
+def test_an_unforeseen_fault_of_a_drawing_has_its_report(model, tmp_path, monkeypatch):
+    def fail(*_: object, **__: object) -> None:
+        raise ZeroDivisionError("division")
+
+    monkeypatch.setattr("pianta.generation.drawing.draw.draw_plan", fail)
+    (part,) = pianta.generate_batch(model, 2, out=tmp_path / "out", plans=True)
+    assert (part.group, "ZeroDivisionError" in str(part.fault)) == ("unforeseen", True)
+    assert "ZeroDivisionError" in (tmp_path / "out" / "faults" / "part-0001.txt").read_text(encoding="utf-8")

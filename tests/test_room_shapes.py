@@ -42,6 +42,7 @@ def test_aspects_and_outer_walls():
 def test_what_is_no_measure_is_unknown():
     measures = {"area": 3, "aspect": 0.5, "outer_wall": float("nan"), "other": 1.0}
     assert list_measures(measures, ROOM_MEASURES) == {"area": 3.0}
+    assert list_measures({"area": np.float64(2.5)}, ROOM_MEASURES) == {"area": 2.5}
     assert list_measures({"area": True, "aspect": "2", "outer_wall": 0}, ROOM_MEASURES) == {"outer_wall": 0.0}
 
 

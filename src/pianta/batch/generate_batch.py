@@ -9,7 +9,7 @@ from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pianta.batch.processes import run_items
+from pianta.batch.processes import Fault, run_items
 from pianta.batch.run_batch import (
     Batch,
     BatchItem,
@@ -28,7 +28,7 @@ from pianta.batch.world_folders import (
     list_world_files,
     save_worlds,
 )
-from pianta.errors import OptionError, PiantaError
+from pianta.errors import OptionError
 from pianta.io._files import is_filled_file, short_repr
 from pianta.io._folders import atomic_folder, check_output_folder
 
@@ -184,7 +184,7 @@ def draw_plans(
 
     outline: in which it is drawn.
 
-    Raises PiantaError for a building that cannot be drawn. Warns of doors that were given up.
+    Raises OptionError for a building that cannot be drawn. Warns of doors that were given up.
     """
     from pianta.generation.drawing.draw import warn_of_missing_doors
 
@@ -192,11 +192,19 @@ def draw_plans(
     for outcome in run_items(_Drawing(model, seed, outline), [*enumerate(buildings, first)], jobs=jobs):
         number, _ = outcome.item
         if outcome.fault or outcome.result is None:
-            raise PiantaError(f"building {number + 1} cannot be drawn: {outcome.fault and outcome.fault.message}")
+            raise _make_drawing_error(number, outcome.fault)
         plans[number] = outcome.result
     for number in sorted(plans):
         warn_of_missing_doors(plans[number], f"building {number + 1}")
     return [plans[number] for number in sorted(plans)]
+
+
+def _make_drawing_error(number: int, fault: Fault | None) -> OptionError:
+    """The error of a building that was not drawn, with the report of an unforeseen fault as a note."""
+    error = OptionError(f"building {number + 1} cannot be drawn: {fault and fault.message}")
+    if fault and fault.report:
+        error.add_note(fault.report)
+    return error
 
 
 @dataclass(frozen=True)

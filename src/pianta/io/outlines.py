@@ -11,8 +11,9 @@ from shapely import Polygon
 
 from pianta.errors import FloorError
 from pianta.io._checked import read_checked
+from pianta.io.floors import MAX_COORDINATE
+from pianta.io.graphs import FLOOR_FILE
 
-FLOOR_FILE = "floor.geojson"
 MAX_FILE_BYTES = 64 * 2**20
 MAX_LENGTH = 1e5  # m; longer ones are degrees, millimetres or damaged
 LEAST_AREA = 4.0  # m²
@@ -45,6 +46,8 @@ def _parse_outline(content: bytes) -> Polygon:
     corners = shapely.get_coordinates(polygons)
     if not (np.isfinite(corners).all() and (np.ptp(corners, axis=0) < MAX_LENGTH).all()):
         raise FloorError(f"its corners are more than {MAX_LENGTH:g} m apart, give metres")
+    if np.abs(corners).max() > MAX_COORDINATE - MAX_LENGTH:
+        raise FloorError(f"its corners are more than {MAX_COORDINATE - MAX_LENGTH:g} m from the origin, move it there")
     if not all(polygon.is_valid for polygon in polygons):
         raise FloorError("its sides cross each other, give the corners in order")
     outline = polygons[0] if len(polygons) == 1 else _surround(polygons)
