@@ -22,6 +22,7 @@ from pianta.generation.drawing.site import (
     make_site,
 )
 from pianta.generation.type_model import TypeModel
+from pianta.io.graphs import read_graph
 from pianta.io.outlines import read_outline
 from tests.command_line import run_pianta
 from tests.generated_types import join_wings, make_schools, sized_model, small_model
@@ -137,9 +138,10 @@ def test_an_outline_that_is_too_small(model):
 
 def test_an_outline_in_which_nothing_fits(model):
     """A passage that is as large as the building, and 2 m wide."""
-    fault = r"^no layout of the 13 rooms that was tried fits into the outline; give a larger outline, fewer rooms"
+    wing = join_wings(("CCCC",), (), source="")
+    fault = r"^no layout of the 5 rooms that was tried fits into the outline; give a larger outline, fewer rooms"
     with pytest.raises(OptionError, match=fault):
-        pianta.draw_plan(SCHOOL, model, outline=box(0, 0, 450, 2))
+        pianta.draw_plan(wing, model, outline=box(0, 0, 160, 2))
 
 
 @pytest.mark.slow
@@ -178,6 +180,19 @@ class TestReadOutline:
         (tmp_path / "o.json").write_text(json.dumps(feature))
         assert read_outline(tmp_path / "o.json").equals(SHAPES["a court"])
 
+    def test_a_ring_that_is_not_closed(self, tmp_path):
+        corners = [[0, 0], [50, 0], [50, 30], [0, 30]]
+        (tmp_path / "o.json").write_text(json.dumps({"type": "Polygon", "coordinates": [corners]}))
+        assert read_outline(tmp_path / "o.json").equals(LEVEL)
+
+    def test_polygons_of_a_collection(self, tmp_path):
+        """Features without a geometry are left out."""
+        parts = {"type": "MultiPolygon", "coordinates": [json.loads(to_geojson(LEVEL))["coordinates"]]}
+        collection = {"type": "GeometryCollection", "geometries": [parts, {"type": "Point", "coordinates": [0, 0]}]}
+        features = [{"type": "Feature", "geometry": each} for each in (None, collection)]
+        (tmp_path / "o.json").write_text(json.dumps({"type": "FeatureCollection", "features": features}))
+        assert read_outline(tmp_path / "o.json").equals(LEVEL)
+
     def test_a_floor(self, tmp_path):
         """Two rooms with a wall of 0.2 m between them: the axes of outer walls are 0.15 m outside."""
         floor = pianta.Floor((pianta.Room(1, box(0, 0, 4, 3)), pianta.Room(2, box(4.2, 0, 8, 3))))
@@ -193,6 +208,18 @@ class TestReadOutline:
             ('{"type": "GeometryCollection", "geometries": [' * 100_000 + "]}" * 100_000, "it is no GeoJSON"),
             ('{"type": "Point", "coordinates": [1, 2]}', "it has no polygon"),
             ('{"type": "FeatureCollection", "features": []}', "it has no polygon"),
+            ('{"type": "FeatureCollection", "features": 3}', "it has no polygon"),
+            ('{"type": "Feature", "properties": {}, "geometry": null}', "it has no polygon"),
+            ('{"type": "Polygon", "coordinates": []}', "it has no polygon"),
+            ("[1, 2]", "it is no GeoJSON"),
+            ("{}", "it is no GeoJSON"),
+            ('{"type": "Polygon"}', "rings of 3 or more corners"),
+            ('{"type": "Polygon", "coordinates": [[]]}', "rings of 3 or more corners"),
+            ('{"type": "Polygon", "coordinates": [[[0, 0], [9, 0]]]}', "rings of 3 or more corners"),
+            ('{"type": "Polygon", "coordinates": [[[0, 0], [9, 0], [9]]]}', "rings of 3 or more corners"),
+            ('{"type": "Polygon", "coordinates": [[[0, 0], [9, 0], "99"]]}', "rings of 3 or more corners"),
+            ('{"type": "Polygon", "coordinates": [[[0, 0], [9, 0], [9, 1e999]]]}', "give metres"),
+            (f'{{"type": "Polygon", "coordinates": [[[0, 0], [9, 0], [9, 1{"0" * 400}]]]}}', "rings of 3 or more"),
             (to_geojson(box(9.18, 45.4, 9.181, 45.401)), "give metres"),
             (to_geojson(box(0, 0, 1e9, 1)), "give metres"),
             (to_geojson(box(1e8, 0, 1e8 + 40, 30)), "from the origin"),
@@ -212,22 +239,62 @@ class TestReadOutline:
 
 
 def test_the_command(model, tmp_path):
+    level = box(0, 0, 32, 24)
     model.save(tmp_path / "school.json")
-    (tmp_path / "o.json").write_text(to_geojson(LEVEL))
+    (tmp_path / "o.json").write_text(to_geojson(level))
     command = ("generate", tmp_path / "school.json", "-n", 2, "--outline", tmp_path / "o.json", "-o", tmp_path / "out")
     outcome = run_pianta(*command)
     assert outcome.code == 0, outcome.err
     assert all(line.startswith("warning: building") for line in outcome.err.splitlines())
     floors = [pianta.read_floor(tmp_path / "out" / f"building-00{number}.geojson") for number in (1, 2)]
-    least, most = choose_rooms(LEVEL, model)
+    least, most = choose_rooms(level, model)
     for floor in floors:
         assert least <= len(floor) <= most
-        assert all(LEVEL.buffer(0.01).contains(room.polygon) for room in floor)
+        assert all(level.buffer(0.01).contains(room.polygon) for room in floor)
     parts = run_pianta(*command[:-1], tmp_path / "parts", "--shard", "1/1", "-q")
     assert parts.code == 0, parts.err
     assert [pianta.read_floor(file).rooms for file in sorted((tmp_path / "parts").glob("*/building-*.geojson"))] == [
         floor.rooms for floor in floors
     ]
+
+
+def test_buildings_that_are_too_large_are_left_out_by_name(model, tmp_path):
+    model.save(tmp_path / "school.json")
+    (tmp_path / "o.json").write_text(to_geojson(box(0, 0, 20, 18)))
+    command = ("generate", tmp_path / "school.json", "-n", 3, "--outline", tmp_path / "o.json", "--rooms", "9-19")
+    command = (*command, "--worlds", "--resolution", 0.2, "-o")
+    outcome = run_pianta(*command, tmp_path / "out")
+    assert outcome.code == 0, outcome.err
+    faults = [line for line in outcome.err.splitlines() if "cannot be drawn" in line]
+    left_out = [int(line.removeprefix("warning: building ").split()[0]) for line in faults]
+    assert 0 < len(left_out) < 3
+    for number in range(1, 4):
+        files = {path.name for path in (tmp_path / "out").glob(f"building-00{number}*")}
+        of_plans = {f"building-00{number}{suffix}" for suffix in (".geojson", ".png", "")}
+        assert files - of_plans == {f"building-00{number}.json", f"building-00{number}.graphml"}
+        assert files & of_plans == (set() if number in left_out else of_plans)
+        graph = read_graph(tmp_path / "out" / f"building-00{number}.json").graph
+        assert graph.get("drawn") is (False if number in left_out else None)
+
+    parts = run_pianta(*command, tmp_path / "parts", "--shard", "1/1")
+    assert parts.code == 0, parts.err
+    written = sorted(path.name for path in (tmp_path / "parts" / "part-0001").glob("building-*"))
+    assert written == sorted(f"building-000{path.name[9:]}" for path in (tmp_path / "out").glob("building-*"))
+    again = run_pianta(*command, tmp_path / "parts", "--shard", "1/1")
+    assert again.out.startswith("1 of 1 part generated, 1 of them before")
+    (tmp_path / "parts" / "part-0001" / f"building-{min({1, 2, 3} - {*left_out}):06}.geojson").unlink()
+    again = run_pianta(*command, tmp_path / "parts", "--shard", "1/1")
+    assert again.out.startswith("1 of 1 part generated\n")
+
+
+def test_no_building_can_be_drawn(model, tmp_path):
+    model.save(tmp_path / "school.json")
+    (tmp_path / "o.json").write_text(to_geojson(box(0, 0, 10, 10)))
+    command = ("generate", tmp_path / "school.json", "-n", 2, "--outline", tmp_path / "o.json", "--rooms", "9-19")
+    outcome = run_pianta(*command, "-o", tmp_path / "out")
+    assert (outcome.code, outcome.out, len(outcome.err.splitlines())) == (2, "", 1)
+    assert "building 1 cannot be drawn: outline has 100 m²" in outcome.err
+    assert not (tmp_path / "out").exists()
 
 
 def test_an_unforeseen_fault_of_a_drawing_has_its_report(model, tmp_path, monkeypatch):

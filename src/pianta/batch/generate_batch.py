@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
@@ -28,7 +29,7 @@ from pianta.batch.world_folders import (
     list_world_files,
     save_worlds,
 )
-from pianta.errors import OptionError
+from pianta.errors import BuildingWarning, OptionError, PiantaError
 from pianta.io._files import is_filled_file, short_repr
 from pianta.io._folders import atomic_folder, check_output_folder
 
@@ -44,6 +45,7 @@ if TYPE_CHECKING:
 PART = 1000  # buildings of a folder, which file managers still list
 SHEET = "sheet.png"
 PLAN_SHEET = "plans.png"
+DRAWN = "drawn"  # attribute of a graph; False if its building could not be drawn
 
 
 def generate_batch(
@@ -121,7 +123,7 @@ def generate_batch(
     Warns
     -----
     BuildingWarning
-        As of `generate`; a door of a graph could not be drawn.
+        As of `generate`; a door of a graph, or a building, could not be drawn.
 
     Examples
     --------
@@ -179,30 +181,44 @@ def draw_plans(
     first: int = 0,
     seed: int = 0,
     jobs: int = 1,
-) -> list[DrawnPlan]:
+) -> list[DrawnPlan | None]:
     """The floor of each building, whose number depends on its position and that of the first one.
 
     outline: in which it is drawn.
 
-    Raises OptionError for a building that cannot be drawn. Warns of doors that were given up.
+    None for a building that cannot be drawn, which is a warning, as are doors that were given up. Raises OptionError if
+    none can be drawn, or for a fault that nobody foresaw.
     """
     from pianta.generation.drawing.draw import warn_of_missing_doors
 
     plans: dict[int, DrawnPlan] = {}
+    faults: dict[int, Fault] = {}
     for outcome in run_items(_Drawing(model, seed, outline), [*enumerate(buildings, first)], jobs=jobs):
         number, _ = outcome.item
-        if outcome.fault or outcome.result is None:
-            raise _make_drawing_error(number, outcome.fault)
-        plans[number] = outcome.result
-    for number in sorted(plans):
-        warn_of_missing_doors(plans[number], f"building {number + 1}")
-    return [plans[number] for number in sorted(plans)]
+        if outcome.result is not None:
+            plans[number] = outcome.result
+        elif outcome.fault is not None:
+            faults[number] = outcome.fault
+    unforeseen = [number for number in sorted(faults) if faults[number].report]
+    if unforeseen or (faults and not plans):
+        number = min(unforeseen or faults)
+        raise _make_drawing_error(number, faults[number])
+    for number in range(first, first + len(buildings)):
+        if number in faults:
+            warnings.warn(BuildingWarning(_describe_undrawn(number, faults[number])), stacklevel=2)
+        else:
+            warn_of_missing_doors(plans[number], f"building {number + 1}")
+    return [plans.get(number) for number in range(first, first + len(buildings))]
 
 
-def _make_drawing_error(number: int, fault: Fault | None) -> OptionError:
+def _describe_undrawn(number: int, fault: Fault) -> str:
+    return f"building {number + 1} cannot be drawn: {fault.message}"
+
+
+def _make_drawing_error(number: int, fault: Fault) -> OptionError:
     """The error of a building that was not drawn, with the report of an unforeseen fault as a note."""
-    error = OptionError(f"building {number + 1} cannot be drawn: {fault and fault.message}")
-    if fault and fault.report:
+    error = OptionError(_describe_undrawn(number, fault))
+    if fault.report:
         error.add_note(fault.report)
     return error
 
@@ -229,7 +245,7 @@ def save_buildings(
     model: TypeModel,
     out: Path,
     *,
-    plans: Sequence[DrawnPlan] | None = None,
+    plans: Sequence[DrawnPlan | None] | None = None,
     worlds: WorldOptions | None = None,
     first: int = 0,
     seed: int = 0,
@@ -237,7 +253,8 @@ def save_buildings(
 ) -> None:
     """Write the graphs as NAME.json and NAME.graphml, and their contact sheet, all or none.
 
-    plans: also NAME.geojson and NAME.png, and a contact sheet of them. worlds: of these, also a folder NAME.
+    plans: also NAME.geojson and NAME.png, and a contact sheet of them. The graph of a building without a plan has the
+    attribute `drawn`, which is False. worlds: of the plans, also a folder NAME.
     first: number of the first building, from 0; seed: of all.
     """
     from pianta.io.graphml import save_graphml
@@ -247,17 +264,20 @@ def save_buildings(
 
     kept_rooms = [[node for node, room in building.nodes(data="room") if room is not None] for building in buildings]
     drawn_files = [PLAN_SHEET, *list_plan_files(names), *list_world_files(names)]
+    drawn = {} if plans is None else {name: plan.floor for name, plan in zip(names, plans, strict=True) if plan}
     with atomic_folder(out, optional=drawn_files) as new:
         for name, building in zip(names, buildings, strict=True):
             building.graph.update(source=name, building_type=model.building_type)
+            if plans is not None and name not in drawn:
+                building.graph[DRAWN] = False
             save_graph(building, new / f"{name}.json")
             save_graphml(building, new / f"{name}.graphml")
         save_figure(draw_contact_sheet(buildings, schema=model.schema, fixed=kept_rooms), new / SHEET)
-        if plans is not None:
-            floors = [plan.floor for plan in plans]
-            _save_plans(floors, names, model, new)
-            if worlds is not None:
-                save_worlds(floors, names, new, worlds, first=first, seed=seed, jobs=jobs)
+        if drawn:
+            _save_plans(drawn, model, new)
+        if worlds is not None:
+            numbered = [(number, name, drawn[name]) for number, name in enumerate(names, first) if name in drawn]
+            save_worlds(numbered, new, worlds, seed=seed, jobs=jobs)
 
 
 def list_plan_files(names: Iterable[str]) -> list[str]:
@@ -265,17 +285,17 @@ def list_plan_files(names: Iterable[str]) -> list[str]:
     return [f"{name}{suffix}" for name in names for suffix in (".geojson", ".png")]
 
 
-def _save_plans(floors: Sequence[Floor], names: Sequence[str], model: TypeModel, out: Path) -> None:
+def _save_plans(floors: Mapping[str, Floor], model: TypeModel, out: Path) -> None:
     from pianta.io.floors import save_floor
     from pianta.plot.figure import save_figure
     from pianta.plot.floor import render_floor
     from pianta.plot.plan_sheet import draw_plan_sheet
 
-    for name, floor in zip(names, floors, strict=True):
+    for name, floor in floors.items():
         drawn_floor = replace(floor, source=name)
         save_floor(drawn_floor, out / f"{name}.geojson")
         (out / f"{name}.png").write_bytes(render_floor(drawn_floor))
-    save_figure(draw_plan_sheet(floors, names, schema=model.schema), out / PLAN_SHEET)
+    save_figure(draw_plan_sheet([*floors.values()], [*floors], schema=model.schema), out / PLAN_SHEET)
 
 
 def check_parts(out: Path, count: int) -> None:
@@ -303,6 +323,18 @@ def _list_parts(out: Path, count: int) -> Iterator[WorkItem[range]]:
 
 def _name_buildings(numbers: Iterable[int]) -> list[str]:
     return [f"building-{number + 1:06}" for number in numbers]
+
+
+def _is_undrawn(folder: Path, name: str) -> bool:
+    """Whether a building has no floor, and its graph says so."""
+    from pianta.io.graphs import read_graph
+
+    if is_filled_file(folder / f"{name}.geojson"):
+        return False
+    try:
+        return read_graph(folder / f"{name}.json").graph.get(DRAWN) is False
+    except PiantaError:
+        return False
 
 
 def _make_item(out: Path, number: int, part: range) -> WorkItem[range]:
@@ -339,8 +371,9 @@ class _Work:
         """Whether all buildings of a part are there, each with content."""
         names = _name_buildings(item.value)
         graphs = [f"{name}{suffix}" for name in names for suffix in (".json", ".graphml")]
-        plans = [PLAN_SHEET, *list_plan_files(names)] if self.plans else []
-        worlds = list_world_files(names, scan=self.worlds.scan) if self.worlds else []
+        drawn = [name for name in names if not _is_undrawn(item.folder, name)] if self.plans else []
+        plans = [PLAN_SHEET, *list_plan_files(drawn)] if self.plans else []
+        worlds = list_world_files(drawn, scan=self.worlds.scan) if self.worlds else []
         return all(is_filled_file(item.folder / name) for name in (SHEET, *graphs, *plans, *worlds))
 
     def _generate(self, item: WorkItem[range]) -> dict[str, Any]:

@@ -72,21 +72,15 @@ def name_scan(name: str) -> str:
 
 
 def save_worlds(
-    floors: Sequence[Floor],
-    names: Sequence[str],
-    out: Path,
-    options: WorldOptions,
-    *,
-    first: int = 0,
-    seed: int = 0,
-    jobs: int = 1,
+    floors: Sequence[tuple[int, str, Floor]], out: Path, options: WorldOptions, *, seed: int = 0, jobs: int = 1
 ) -> None:
-    """Write the worlds of drawn floors into folders of their names; their number depends on that of the first one.
+    """Write the worlds of drawn floors into folders of their names.
+
+    floors: number, from 0, on which the world depends; name; and the floor.
 
     Raises PiantaError for a world that cannot be made.
     """
-    work = _WorldWork(out, options, seed)
-    for outcome in run_items(work, [*zip(range(first, first + len(floors)), names, floors, strict=True)], jobs=jobs):
+    for outcome in run_items(_WorldWork(out, options, seed), floors, jobs=jobs):
         if outcome.fault:
             raise PiantaError(f"the world of {outcome.item[1]} cannot be made: {outcome.fault.message}")
 

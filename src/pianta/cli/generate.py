@@ -154,9 +154,9 @@ def generate(
     sheet.png.
 
     With --plans also their floors, building-001.geojson and .png and so on, and
-    plans.png. Doors of a graph that could not be drawn are warnings. With
-    --outline buildings have about as many rooms as there is space for, unless
-    --rooms is given.
+    plans.png. Doors of a graph, and buildings, that could not be drawn are
+    warnings. With --outline buildings have about as many rooms as there is space
+    for, unless --rooms is given.
 
     With --worlds also a folder building-001 and so on, with map.yaml and map.png,
     the true map; world.sdf and rooms.json, a world of Gazebo; and truth.geojson,

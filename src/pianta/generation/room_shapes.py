@@ -39,8 +39,8 @@ def describe_shapes(floor: Floor) -> nx.Graph:
 
 def list_measures(attributes: Mapping[str, Any], ranges: Mapping[str, tuple[float, float]]) -> dict[str, float]:
     """The attributes that are numbers in their range; others are unknown."""
-    found = {name: attributes.get(name) for name in ranges}
-    numbers = {name: value for name, value in found.items() if isinstance(value, int | float)}
+    measures = {name: attributes.get(name) for name in ranges}
+    numbers = {name: value for name, value in measures.items() if isinstance(value, int | float)}
     return {
         name: float(value)
         for name, value in numbers.items()

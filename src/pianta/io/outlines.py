@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import shapely
 from shapely import Polygon
 
+from pianta._types import Floats
 from pianta.errors import FloorError
 from pianta.io._checked import read_checked
 from pianta.io.floors import MAX_COORDINATE
@@ -16,6 +18,8 @@ from pianta.io.graphs import FLOOR_FILE
 
 MAX_FILE_BYTES = 64 * 2**20
 MAX_LENGTH = 1e5  # m; longer ones are degrees, millimetres or damaged
+PARTS = ("coordinates", "features", "geometries")  # of GeoJSON, that are lists
+LEAST_CORNERS = 3
 LEAST_AREA = 4.0  # m²
 WIDEST_WALL = 0.8  # m, between rooms
 HALF_WALL = 0.15  # m, from rooms to the axes of outer walls
@@ -35,12 +39,15 @@ def read_outline(path: str | Path) -> Polygon:
 
 def _parse_outline(content: bytes) -> Polygon:
     try:
-        json.loads(content)  # refuses what is nested so deeply that GEOS would end the process
-        parsed = shapely.force_2d(shapely.from_geojson(content))
-    except (shapely.errors.GEOSException, ValueError, RecursionError):
+        tree = json.loads(content)
+    except (ValueError, RecursionError):
         raise FloorError("it is no GeoJSON, give a file with a polygon") from None
-    parts = [part for part in shapely.get_parts(shapely.get_parts(parsed)) if isinstance(part, Polygon)]
-    polygons = [part for part in parts if not part.is_empty]
+    if not (isinstance(tree, dict) and "type" in tree):
+        raise FloorError("it is no GeoJSON, give a file with a polygon")
+    try:
+        polygons = [Polygon(rings[0], rings[1:]) for rings in map(_read_rings, _list_coordinates(tree)) if rings]
+    except (ValueError, TypeError, IndexError, OverflowError):
+        raise FloorError("it has a polygon without rings of 3 or more corners, give them as [[x, y], …]") from None
     if not polygons:
         raise FloorError("it has no polygon, give one, in metres")
     corners = shapely.get_coordinates(polygons)
@@ -56,6 +63,40 @@ def _parse_outline(content: bytes) -> Polygon:
     if outline.area < LEAST_AREA:
         raise FloorError(f"it has {outline.area:.3g} m², and {LEAST_AREA:g} at least are needed; give metres")
     return outline
+
+
+def _list_coordinates(tree: dict[str, Any]) -> list[Any]:
+    """The coordinates of each polygon of a GeoJSON; what has none is left out, such as rooms without an outline."""
+    coordinates: list[Any] = []
+    unread: list[Any] = [tree]
+    while unread:
+        part = unread.pop()
+        if not isinstance(part, dict):
+            continue
+        if part.get("type") == "Polygon":
+            coordinates.append(part.get("coordinates"))
+        lists = {name: part[name] for name in PARTS if isinstance(part.get(name), list)}
+        if part.get("type") == "MultiPolygon":
+            coordinates.extend(lists.get("coordinates", []))
+        unread.extend([part.get("geometry"), *lists.get("features", []), *lists.get("geometries", [])])
+    return coordinates
+
+
+def _read_rings(rings: Any) -> list[Floats]:  # noqa: ANN401  # of a file
+    """The corners of each ring, (n, 2), without heights.
+
+    Raises ValueError, TypeError, IndexError or OverflowError for anything else.
+    """
+    corners = [[[*map(_read_number, corner[:2])] for corner in ring] for ring in rings]
+    if any(len(ring) < LEAST_CORNERS for ring in corners):
+        raise ValueError
+    return [np.array(ring, float) for ring in corners]
+
+
+def _read_number(value: Any) -> float:  # noqa: ANN401  # of a file
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise TypeError
+    return float(value)
 
 
 def _surround(polygons: list[Polygon]) -> shapely.Geometry:
