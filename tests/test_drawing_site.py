@@ -270,9 +270,9 @@ def test_buildings_that_are_too_large_are_left_out_by_name(model, tmp_path):
     assert 0 < len(left_out) < 3
     for number in range(1, 4):
         files = {path.name for path in (tmp_path / "out").glob(f"building-00{number}*")}
-        of_plans = {f"building-00{number}{suffix}" for suffix in (".geojson", ".png", "")}
-        assert files - of_plans == {f"building-00{number}.json", f"building-00{number}.graphml"}
-        assert files & of_plans == (set() if number in left_out else of_plans)
+        plan_files = {f"building-00{number}{suffix}" for suffix in (".geojson", ".png", "")}
+        assert files - plan_files == {f"building-00{number}.json", f"building-00{number}.graphml"}
+        assert files & plan_files == (set() if number in left_out else plan_files)
         graph = read_graph(tmp_path / "out" / f"building-00{number}.json").graph
         assert graph.get("drawn") is (False if number in left_out else None)
 

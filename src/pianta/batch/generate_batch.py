@@ -45,7 +45,7 @@ if TYPE_CHECKING:
 PART = 1000  # buildings of a folder, which file managers still list
 SHEET = "sheet.png"
 PLAN_SHEET = "plans.png"
-DRAWN = "drawn"  # attribute of a graph; False if its building could not be drawn
+HAS_PLAN = "drawn"  # attribute of a graph; False if its building could not be drawn
 
 
 def generate_batch(
@@ -187,7 +187,7 @@ def draw_plans(
     outline: in which it is drawn.
 
     None for a building that cannot be drawn, which is a warning, as are doors that were given up. Raises OptionError if
-    none can be drawn, or for a fault that nobody foresaw.
+    none can be drawn, or for an unforeseen fault.
     """
     from pianta.generation.drawing.draw import warn_of_missing_doors
 
@@ -264,19 +264,19 @@ def save_buildings(
 
     kept_rooms = [[node for node, room in building.nodes(data="room") if room is not None] for building in buildings]
     drawn_files = [PLAN_SHEET, *list_plan_files(names), *list_world_files(names)]
-    drawn = {} if plans is None else {name: plan.floor for name, plan in zip(names, plans, strict=True) if plan}
+    floors = {} if plans is None else {name: plan.floor for name, plan in zip(names, plans, strict=True) if plan}
     with atomic_folder(out, optional=drawn_files) as new:
         for name, building in zip(names, buildings, strict=True):
             building.graph.update(source=name, building_type=model.building_type)
-            if plans is not None and name not in drawn:
-                building.graph[DRAWN] = False
+            if plans is not None and name not in floors:
+                building.graph[HAS_PLAN] = False
             save_graph(building, new / f"{name}.json")
             save_graphml(building, new / f"{name}.graphml")
         save_figure(draw_contact_sheet(buildings, schema=model.schema, fixed=kept_rooms), new / SHEET)
-        if drawn:
-            _save_plans(drawn, model, new)
+        if floors:
+            _save_plans(floors, model, new)
         if worlds is not None:
-            numbered = [(number, name, drawn[name]) for number, name in enumerate(names, first) if name in drawn]
+            numbered = [(number, name, floors[name]) for number, name in enumerate(names, first) if name in floors]
             save_worlds(numbered, new, worlds, seed=seed, jobs=jobs)
 
 
@@ -332,7 +332,7 @@ def _is_undrawn(folder: Path, name: str) -> bool:
     if is_filled_file(folder / f"{name}.geojson"):
         return False
     try:
-        return read_graph(folder / f"{name}.json").graph.get(DRAWN) is False
+        return read_graph(folder / f"{name}.json").graph.get(HAS_PLAN) is False
     except PiantaError:
         return False
 
@@ -371,9 +371,9 @@ class _Work:
         """Whether all buildings of a part are there, each with content."""
         names = _name_buildings(item.value)
         graphs = [f"{name}{suffix}" for name in names for suffix in (".json", ".graphml")]
-        drawn = [name for name in names if not _is_undrawn(item.folder, name)] if self.plans else []
-        plans = [PLAN_SHEET, *list_plan_files(drawn)] if self.plans else []
-        worlds = list_world_files(drawn, scan=self.worlds.scan) if self.worlds else []
+        with_plan = [name for name in names if not _is_undrawn(item.folder, name)] if self.plans else []
+        plans = [PLAN_SHEET, *list_plan_files(with_plan)] if self.plans else []
+        worlds = list_world_files(with_plan, scan=self.worlds.scan) if self.worlds else []
         return all(is_filled_file(item.folder / name) for name in (SHEET, *graphs, *plans, *worlds))
 
     def _generate(self, item: WorkItem[range]) -> dict[str, Any]:
