@@ -69,7 +69,7 @@ def tiny(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def measured(tiny) -> Results:
-    return measure(tiny, count=8, seed=2)
+    return measure(tiny, count=4, seed=2)
 
 
 def make_prediction(name: str, explored: set[int], discovered: set[int], *samples: nx.Graph) -> Prediction:
@@ -475,10 +475,10 @@ def read_figures(file: Path) -> dict[str, Any]:
 
 def test_the_command_gives_the_figures_of_its_seed(tiny, measured, tmp_path):
     file = tmp_path / "new" / "prediction.json"
-    outcome = run_pianta("bench", "prediction", "--data", tiny, "-n", 8, "--seed", 2, "--json", file)
+    outcome = run_pianta("bench", "prediction", "--data", tiny, "-n", 4, "--seed", 2, "--json", file)
     assert (outcome.code, outcome.err) == (1, "")
     content = read_figures(file)
-    assert (content["bench"], content["options"]) == ("prediction", {"seed": 2, "count": 8})
+    assert (content["bench"], content["options"]) == ("prediction", {"seed": 2, "count": 4})
     save_results("prediction", tabulate(measured), measured, tmp_path / "again.json")
     assert read_figures(tmp_path / "again.json") == content
     assert {item["part"] for item in content["items"]} == {"schools", "offices"}

@@ -145,7 +145,7 @@ def test_an_outline_in_which_nothing_fits(model):
 
 
 @pytest.mark.slow
-@settings(deadline=None, max_examples=15)
+@settings(deadline=None, max_examples=8)
 @given(st.floats(15, 70), st.floats(15, 70), st.floats(0, 180), st.integers(0, 9))
 def test_any_rectangle(width, height, angle, seed):
     """The building is inside, or the outline is refused."""

@@ -188,18 +188,18 @@ class TestCommand:
         for school in schools:
             nx.set_node_attributes(school, 30.0, "area")
         save_type_model(replace(learn_type(schools, SCHOOL), sweeps=5), tmp_path / "school.json")
-        command = ("generate", tmp_path / "school.json", "-n", 3, "--plans", "-o")
+        command = ("generate", tmp_path / "school.json", "-n", 2, "--plans", "-o")
         outcome = run_pianta(*command, tmp_path / "out")
         assert outcome.code == 0, outcome.err
         assert outcome.out.splitlines()[-1].endswith("building-*.geojson, building-*.png, plans.png")
-        for number in (1, 2, 3):
+        for number in (1, 2):
             floor = pianta.read_floor(tmp_path / "out" / f"building-{number:03}.geojson")
             graph = read_graph(tmp_path / "out" / f"building-{number:03}.json")
             assert nx.is_isomorphic(floor.graph(), graph, node_match=lambda one, other: one["label"] == other["label"])
             with Image.open(tmp_path / "out" / f"building-{number:03}.png") as picture:
                 assert max(picture.size) >= 1600
         with Image.open(tmp_path / "out" / "plans.png") as sheet:
-            assert (sheet.width, sheet.height > 700) == (1920, True)
+            assert (sheet.width, sheet.height > 500) == (1280, True)
         assert run_pianta(*command, tmp_path / "two", "--jobs", 2).code == 0
         assert list_files(tmp_path / "two") == list_files(tmp_path / "out")
         assert run_pianta(*command, tmp_path / "parts", "--shard", "1/1").code == 0
@@ -207,8 +207,8 @@ class TestCommand:
         assert [
             pianta.read_floor(part / f"building-{number:06}.geojson").rooms
             == pianta.read_floor(tmp_path / "out" / f"building-{number:03}.geojson").rooms
-            for number in (1, 2, 3)
-        ] == [True, True, True]
+            for number in (1, 2)
+        ] == [True, True]
         assert run_pianta(*command[:4], "-o", tmp_path / "out").code == 0
         assert {path.suffix for path in (tmp_path / "out").iterdir()} == {".json", ".graphml", ".png"}
         assert not (tmp_path / "out" / "plans.png").exists()
