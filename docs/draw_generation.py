@@ -29,7 +29,7 @@ from pianta.plot.figure import new_figure, save_figure
 from pianta.plot.floor import plot_floor
 from pianta.plot.graphs import draw_contact_sheet, place_nodes
 from pianta.plot.grid import plot_grid
-from pianta.plot.plan_sheet import draw_plan_sheet
+from pianta.plot.plan_sheet import add_shared_legend, draw_plan_sheet, plot_scaled_floor, show_with_scale
 from pianta.worlds.furnish import furnish_for_robot
 from pianta.worlds.scan import simulate_map
 from pianta_bench.data.folders import find_data
@@ -83,15 +83,16 @@ def draw_outlines(model: TypeModel) -> Figure:
     """Schools inside outlines, which are dashed."""
     figure = new_figure(WORLD_WIDTH * len(OUTLINES), WORLD_WIDTH)
     axes = figure.subplots(1, len(OUTLINES), squeeze=False, gridspec_kw=WORLD_GRID)[0]
+    floors = []
     for outline, ax in zip(OUTLINES, axes, strict=True):
         (building,) = generate(model, 1, rooms=choose_rooms(outline, model), seed=SEED)
-        plot_floor(draw_plan(building, model, outline=outline).floor, ax=ax)
+        floors.append(draw_plan(building, model, outline=outline).floor)
+        plot_floor(floors[-1], ax=ax)
         for ring in (outline.exterior, *outline.interiors):
             ax.plot(*ring.xy, "--", color=ACCENT, linewidth=1.2)
-        ax.set_axis_off()
-        ax.set_aspect("equal")
-        ax.margins(0.02)
-        ax.autoscale()
+        left, bottom, right, top = outline.buffer(1).bounds
+        show_with_scale((left, bottom, right, top), ax)
+    add_legend_below(figure, floors)
     return figure
 
 
@@ -102,13 +103,20 @@ def draw_worlds(floors: Sequence[Floor]) -> Figure:
     for seed, (floor, (above, below)) in enumerate(zip(floors, axes.T, strict=True)):
         furnished = furnish_for_robot(floor, furniture=FURNITURE, radius=ROBOT_RADIUS, seed=seed)
         scan = simulate_map(furnished, noise=NOISE, seed=seed)
-        plot_floor(furnished, ax=above)
+        plot_scaled_floor(furnished, ax=above)
         plot_grid(scan, ax=below)
-        below.set(xlim=above.get_xlim(), ylim=above.get_ylim())
-        for ax in (above, below):
-            ax.set_axis_off()
-            ax.set_aspect("equal")
+        below.set(xlim=above.get_xlim(), ylim=above.get_ylim(), aspect="equal")
+        below.set_axis_off()
+    add_legend_below(figure, floors)
     return figure
+
+
+def add_legend_below(figure: Figure, floors: Sequence[Floor]) -> None:
+    """Add the legend of the labels of all floors below the axes of a figure."""
+    height = figure.get_figheight()
+    below = add_shared_legend(figure, floors)
+    figure.set_figheight(height + below)
+    figure.subplots_adjust(bottom=(below + WORLD_GRID["bottom"] * height) / (height + below))
 
 
 def save_small(figure: Figure, name: str) -> None:
