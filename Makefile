@@ -2,6 +2,10 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
+PROJECTS := --editable ".[dev]" --editable src/pianta_bench
+# uv takes seconds where pip takes minutes; pip is there for where uv does not find the packages
+UV_INSTALL := $(BIN)/python -m pip install --quiet uv && $(BIN)/python -m uv pip install --quiet \
+	--python $(BIN)/python --constraints constraints.txt --build-constraints constraints.txt $(PROJECTS)
 # Also binds what pip installs to build the package.
 export PIP_CONSTRAINT := $(CURDIR)/constraints.txt
 
@@ -67,5 +71,5 @@ clean:
 
 $(READY): pyproject.toml src/pianta_bench/pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --editable ".[dev]" --editable src/pianta_bench
+	$(UV_INSTALL) || $(BIN)/python -m pip install --quiet $(PROJECTS)
 	touch $@

@@ -1,7 +1,8 @@
 """Run tests with other versions: Python 3.11 to 3.13, and the lowest versions of all dependencies.
 
     python .ci/matrix.py [3.11] [3.12] [3.13] [lowest]
-    python .ci/matrix.py --turn    one of 3.12, 3.13 and lowest, by the number of commits: all take too long in CI
+    python .ci/matrix.py --turn    one of 3.12, 3.13 and lowest, and a third of the files of tests, by the number of
+                                   commits: all take too long in CI
 
 Interpreters are looked for on the path and in pyenv; one that is not there is skipped, with a line. The lowest versions
 are those that pyproject.toml allows and that have wheels, as `uv` resolves them for the oldest interpreter. Of each
@@ -21,6 +22,7 @@ ROOT = Path(__file__).parents[1]
 VERSIONS = ("3.11", "3.12", "3.13")
 LOWEST = "lowest"
 TURN = "--turn"
+SHARES = 3  # of the files of tests, of which a turn runs one
 # Of the tests, in their newest versions: the tests themselves are not for others
 TEST_PACKAGES = ("hypothesis", "lxml", "numpydoc", "playwright", "psutil", "pytest", "pytest-xdist")
 
@@ -33,8 +35,11 @@ TESTS = (
 def main() -> int:
     """Run what is asked for; the exit code is 1 if tests fail."""
     failed = []
-    names = sys.argv[1:] or [*VERSIONS, LOWEST]
-    for name in [choose_by_turn()] if names == [TURN] else names:
+    names, share = sys.argv[1:] or [*VERSIONS, LOWEST], "1/1"
+    chosen = names
+    if names == [TURN]:
+        chosen, share = choose_by_turn()
+    for name in chosen:
         interpreter = find_interpreter(VERSIONS[0] if name == LOWEST else name)
         if interpreter is None:
             sys.stdout.write(f"{name}: skipped, no such Python is at hand\n")
@@ -48,19 +53,24 @@ def main() -> int:
                     raise
                 sys.stdout.write(f"{name}: skipped, its packages cannot be installed\n")
                 continue
-            variables = os.environ | {"OMP_NUM_THREADS": "1", "PYTHONPATH": str(Path(__file__).parent)}
+            variables = os.environ | {
+                "OMP_NUM_THREADS": "1",
+                "PYTHONPATH": str(Path(__file__).parent),
+                "TEST_SHARE": share,
+            }
             done = subprocess.run([str(python), "-m", "pytest", *TESTS], cwd=ROOT, env=variables, check=False)
-        sys.stdout.write(f"{name}: {'passed' if done.returncode == 0 else 'FAILED'}\n")
+        sys.stdout.write(f"{name}, {share} of the files: {'passed' if done.returncode == 0 else 'FAILED'}\n")
         failed += [name] * (done.returncode != 0)
     return 1 if failed else 0
 
 
-def choose_by_turn() -> str:
-    """One of all versions but the oldest, with which all tests are run."""
+def choose_by_turn() -> tuple[list[str], str]:
+    """One of all versions but the oldest, with which all tests are run, and the share of the files, such as 2/3."""
     command = ["git", "rev-list", "--count", "HEAD"]
-    count = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False).stdout.strip()
+    printed = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False).stdout.strip()
     others = (*VERSIONS[1:], LOWEST)
-    return others[int(count or 0) % len(others)]
+    round_number, turn = divmod(int(printed or 0), len(others))
+    return [others[turn]], f"{round_number % SHARES + 1}/{SHARES}"
 
 
 def find_interpreter(version: str) -> str | None:

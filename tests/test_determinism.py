@@ -38,7 +38,7 @@ COMMANDS = {
     "realism": "realism ../in/read --type school -o out",
     "train": "train type ../in/floors -o out/model.json",
     "generate": "generate ../in/model.json -n 3 --jobs {jobs} -o out --seed 5",
-    "generate worlds": "generate ../in/model.json -n 2 --scan --jobs {jobs} -o out --seed 5",
+    "generate worlds": "generate ../in/model.json -n 2 --scan --resolution 0.1 --jobs {jobs} -o out --seed 5",
     "predict": "predict ../in/seen.geojson ../in/model.json -n 20 -o out --seed 5",
     "view": "view ../in/read --html out/report.html",
 }
