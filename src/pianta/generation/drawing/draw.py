@@ -30,7 +30,7 @@ FINISHED = 8  # layouts, the best ones, that get arms; more, up to MOST_FINISHED
 MOST_FINISHED = 36
 REPEATS = 1  # of arms, in another order, while doors are missing
 WIDEST_ARM = 7  # cells
-TRIES = 2  # of all layouts, in an outline of all scales of areas, while doors are missing or nothing fits
+SITE_TRIES = 2  # of all scales of areas, while doors are missing or nothing fits into an outline
 
 
 @dataclass(frozen=True)
@@ -130,10 +130,7 @@ def warn_of_missing_doors(plan: DrawnPlan, name: str) -> None:
 def _choose_plan(programme: Programme, rng: np.random.Generator) -> _Candidate:
     """The best candidate; on a site rooms become smaller until one has all doors. Raises OptionError if none fits."""
     site, best = programme.site, None
-    scales = [1.0] if site is None else list_scales(sum(programme.areas.values()), site)
-    # Only a planar graph has a plan with all doors, for which another try may be worth while
-    tries = TRIES if site is not None or nx.is_planar(programme.graph) else 1
-    for scale in tries * scales:
+    for scale in [1.0] if site is None else SITE_TRIES * list_scales(sum(programme.areas.values()), site):
         scaled = programme.scaled(scale)
         # Spanning trees are drawn without overlaps: corridors as strips, their rooms on both sides
         layouts = find_layouts(scaled, rng)
