@@ -114,7 +114,7 @@ def draw_worlds(floors: Sequence[Floor]) -> Figure:
 def add_legend_below(figure: Figure, floors: Sequence[Floor]) -> None:
     """Add the legend of the labels of all floors below the axes of a figure."""
     height = figure.get_figheight()
-    below = add_shared_legend(figure, floors)
+    below = add_shared_legend(figure, floors) + 0.35  # inches, so that scales stay clear of it
     figure.set_figheight(height + below)
     figure.subplots_adjust(bottom=(below + WORLD_GRID["bottom"] * height) / (height + below))
 
