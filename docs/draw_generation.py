@@ -45,6 +45,7 @@ OUTLINES = (
 )
 WORLD_WIDTH = 5.0  # inches
 WORLD_GRID = {"left": 0.01, "right": 0.99, "bottom": 0.01, "top": 0.99, "wspace": 0.02, "hspace": 0.02}
+LEGEND_GAP = 0.35  # inches, between scales and the legend
 # Colours of the picture; with so few its file has a fifth of the size.
 PALETTE = 128
 # A wing of a synthetic school: the label of its corridor, and label -> fewest and most rooms behind it.
@@ -114,7 +115,7 @@ def draw_worlds(floors: Sequence[Floor]) -> Figure:
 def add_legend_below(figure: Figure, floors: Sequence[Floor]) -> None:
     """Add the legend of the labels of all floors below the axes of a figure."""
     height = figure.get_figheight()
-    below = add_shared_legend(figure, floors) + 0.35  # inches, so that scales stay clear of it
+    below = add_shared_legend(figure, floors) + LEGEND_GAP
     figure.set_figheight(height + below)
     figure.subplots_adjust(bottom=(below + WORLD_GRID["bottom"] * height) / (height + below))
 

@@ -1,6 +1,7 @@
 """Buildings that are drawn inside an outline, and the outlines that files have."""
 
 import json
+from typing import Any
 
 import numpy as np
 import pytest
@@ -217,6 +218,7 @@ class TestReadOutline:
             ('{"type": "Polygon", "coordinates": [[]]}', "rings of 3 or more corners"),
             ('{"type": "Polygon", "coordinates": [[[0, 0], [9, 0]]]}', "rings of 3 or more corners"),
             ('{"type": "Polygon", "coordinates": [[[0, 0], [9, 0], [9]]]}', "rings of 3 or more corners"),
+            ('{"type": "Polygon", "coordinates": [[[0, 0], [9, 0], {}]]}', "rings of 3 or more corners"),
             ('{"type": "Polygon", "coordinates": [[[0, 0], [9, 0], "99"]]}', "rings of 3 or more corners"),
             ('{"type": "Polygon", "coordinates": [[[0, 0], [9, 0], [9, 1e999]]]}', "give metres"),
             (f'{{"type": "Polygon", "coordinates": [[[0, 0], [9, 0], [9, 1{"0" * 400}]]]}}', "rings of 3 or more"),
@@ -285,6 +287,25 @@ def test_buildings_that_are_too_large_are_left_out_by_name(model, tmp_path):
     (tmp_path / "parts" / "part-0001" / f"building-{min({1, 2, 3} - {*left_out}):06}.geojson").unlink()
     again = run_pianta(*command, tmp_path / "parts", "--shard", "1/1")
     assert again.out.startswith("1 of 1 part generated\n")
+
+
+def test_a_building_that_lacked_memory_is_not_left_out(model, tmp_path, monkeypatch):
+    """Another run may have more."""
+    from pianta.generation.drawing.draw import draw_plan
+
+    plans: list[pianta.DrawnPlan] = []
+
+    def fail_after_the_first(*arguments: Any, **options: Any) -> pianta.DrawnPlan:  # as of draw_plan
+        if plans:
+            raise MemoryError
+        plans.append(draw_plan(*arguments, **options))
+        return plans[0]
+
+    monkeypatch.setattr("pianta.generation.drawing.draw.draw_plan", fail_after_the_first)
+    (part,) = pianta.generate_batch(model, 2, out=tmp_path / "out", rooms=(9, 12), plans=True)
+    assert part.fault is not None
+    assert "building 2 cannot be drawn: it needs more memory" in part.fault
+    assert not part.folder.exists()
 
 
 def test_no_building_can_be_drawn(model, tmp_path):

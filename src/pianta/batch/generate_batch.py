@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from pianta.batch.processes import Fault, run_items
 from pianta.batch.run_batch import (
+    UNFORESEEN,
     Batch,
     BatchItem,
     Progress,
@@ -199,7 +200,8 @@ def draw_plans(
             plans[number] = outcome.result
         elif outcome.fault is not None:
             faults[number] = outcome.fault
-    unforeseen = [number for number in sorted(faults) if faults[number].report]
+    # Another run may draw what lacked memory, or was killed
+    unforeseen = [number for number in sorted(faults) if faults[number].group in UNFORESEEN]
     if unforeseen or (faults and not plans):
         number = min(unforeseen or faults)
         raise _make_drawing_error(number, faults[number])

@@ -46,7 +46,7 @@ def _parse_outline(content: bytes) -> Polygon:
         raise FloorError("it is no GeoJSON, give a file with a polygon")
     try:
         polygons = [Polygon(rings[0], rings[1:]) for rings in map(_read_rings, _list_coordinates(tree)) if rings]
-    except (ValueError, TypeError, IndexError, OverflowError):
+    except (ValueError, TypeError, LookupError, OverflowError):
         raise FloorError("it has a polygon without rings of 3 or more corners, give them as [[x, y], …]") from None
     if not polygons:
         raise FloorError("it has no polygon, give one, in metres")
@@ -85,7 +85,7 @@ def _list_coordinates(tree: dict[str, Any]) -> list[Any]:
 def _read_rings(rings: Any) -> list[Floats]:  # noqa: ANN401  # of a file
     """The corners of each ring, (n, 2), without heights.
 
-    Raises ValueError, TypeError, IndexError or OverflowError for anything else.
+    Raises ValueError, TypeError, LookupError or OverflowError for anything else.
     """
     corners = [[[*map(_read_number, corner[:2])] for corner in ring] for ring in rings]
     if any(len(ring) < LEAST_CORNERS for ring in corners):
