@@ -164,8 +164,8 @@ def test_a_faulty_list_of_steps_is_refused(tmp_path, step):
 @pytest.mark.slow
 def test_simulated_maps_show_part_of_their_rooms_and_are_repeated():
     one, same, from_drawing = (
-        simulate_world(1),
-        simulate_world(1),
+        simulate_world(8),
+        simulate_world(8),
         simulate_drawing(make_corridor_floor(seed=2), seed=2),
     )
     assert (one.grid.cells == same.grid.cells).all()

@@ -1,11 +1,13 @@
 """`pianta bench types` as a user runs it, and its tables."""
 
 import json
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from functools import partial
 
 import numpy as np
 import pytest
 from PIL import Image
+from sklearn.neural_network import MLPClassifier
 
 from pianta import __version__
 from pianta.errors import DataError, OptionError
@@ -14,6 +16,15 @@ from pianta_bench.types.measure import describe_labels, measure, size_bounds
 from pianta_bench.types.room_sets import RoomSet, read_room_sets
 from tests.command_line import list_files, run_pianta
 from tests.tiny_types import write_types
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _rough_perceptrons() -> Iterator[None]:
+    """Perceptrons that end sooner: these tests are about tables, and fitting takes most of their time."""
+    rough = partial(MLPClassifier, tol=0.01)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("pianta_bench.types.classifiers.MLPClassifier", rough)
+        yield
 
 
 @pytest.fixture(scope="module")
