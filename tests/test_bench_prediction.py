@@ -1,7 +1,8 @@
 """`pianta bench prediction` on tiny schools and offices, and scores of predictions that are made by hand."""
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
 from statistics import fmean
 from typing import Any
@@ -45,6 +46,19 @@ from tests.tiny_data import write_school, write_schools
 pytestmark = pytest.mark.filterwarnings("ignore::pianta.errors.BuildingWarning")
 
 FLOORS = {"ash": "KKKW-KKC-LLW", "elm": "KKKC-KKW", "fir": "LLW-KKKK-KKS-KK", "oak": "KKKW-LLS-KKC"}
+
+
+def learn_briefly(*arguments: Any, **options: Any) -> TypeModel:
+    """A model with short chains, which do not mix: these tests are about figures, and chains take most of their time."""
+    return replace(learn_type(*arguments, **options), sweeps=20, edge_moves=100, door_moves=10)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _short_chains() -> Iterator[None]:
+    with pytest.MonkeyPatch.context() as patch:
+        for name in ("measure", "figures"):
+            patch.setattr(f"pianta_bench.prediction.{name}.learn_type", learn_briefly)
+        yield
 
 
 @pytest.fixture(scope="module")
