@@ -49,7 +49,7 @@ FLOORS = {"ash": "KKKW-KKC-LLW", "elm": "KKKC-KKW", "fir": "LLW-KKKK-KKS-KK", "o
 
 
 def learn_briefly(*arguments: Any, **options: Any) -> TypeModel:
-    """A model with short chains, which do not mix: these tests are about figures, and chains take most of their time."""
+    """A model with chains too short to mix: these tests are about figures, and chains take most of their time."""
     return replace(learn_type(*arguments, **options), sweeps=20, edge_moves=100, door_moves=10)
 
 
