@@ -1,6 +1,7 @@
 """Rate, memory and loss of batches: `pianta read FOLDER` on many made maps, some of them broken, with random kills.
 
 Run: OMP_NUM_THREADS=1 python benchmarks/time_batches.py FOLDER [--maps 1000] [--broken 20] [--kills 300] [--dask]
+     OMP_NUM_THREADS=1 python benchmarks/time_batches.py FOLDER --rounds 3 [--maps 450] [--dask]
 
 The maps, made floors of mixed kinds and sizes, are written into FOLDER/maps if they are not there yet. They are read
 with one process and with two, or with --dask by one and by two workers of a local cluster: the ratio of the rates
@@ -11,8 +12,12 @@ itself, which is started again. At the end
 - nothing that the journal had as read before a kill may have been read again,
 - the broken maps, and no others, must have failed; apart from maps whose process was killed twice, which are named.
 
-Memory is the largest resident one of the processes, sampled while they read: the mean over the last tenth of the batch,
-against the second tenth.
+Memory is the resident one of the processes that read, sampled while they do, mean of the processes: the mean over the
+last tenth of the batch, against the second tenth.
+
+With --rounds, only rates are compared: the maps are divided into so many parts, each of which is read by one process,
+by two, and by two programs that share nothing, one after the other. Where the speed of the machine changes within
+minutes, this is fairer; that programs start counts more.
 """
 
 from __future__ import annotations
@@ -22,10 +27,11 @@ import sqlite3
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
-from contextlib import closing, contextmanager, suppress
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager, closing, contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
+from statistics import StatisticsError, mean
 
 import numpy as np
 import psutil
@@ -45,18 +51,23 @@ def main() -> None:
     parser.add_argument("--maps", type=int, default=1000)
     parser.add_argument("--broken", type=int, default=20)
     parser.add_argument("--kills", type=int, default=300)
+    parser.add_argument("--rounds", type=int, default=0)
     parser.add_argument("--dask", action="store_true")
     options = parser.parse_args()
     maps = make_maps(options.folder / "maps", options.maps, options.broken)
     noun, runs = ("workers", on_cluster) if options.dask else ("jobs", with_jobs)
+    if options.rounds:
+        files = sorted(maps.iterdir())[: options.maps]
+        compare_rates(files, options.folder / f"rounds-of-{noun}", runs, options.rounds)
+        return
     seconds = {}
     for number in (1, 2):
-        with runs(maps, number) as run:
+        with runs([maps], number) as run:
             seconds[number] = time_batch(maps, options.folder / f"{noun}-{number}", run)
     share = seconds[1] / seconds[2] / 2
     sys.stdout.write(f"one {seconds[1]:.1f} s, two {seconds[2]:.1f} s: {share:.0%} of twice the rate\n")
     if options.kills:
-        with runs(maps, 2) as run:
+        with runs([maps], 2) as run:
             kill_batch(options.folder / f"{noun}-killed", options.kills, run)
     last = f"{noun}-killed" if options.kills else f"{noun}-2"
     compare_results(options.folder / f"{noun}-1", options.folder / last)
@@ -93,18 +104,21 @@ class Run:
 
 
 @contextmanager
-def with_jobs(maps: Path, jobs: int) -> Iterator[Run]:
+def with_jobs(maps: Sequence[Path], jobs: int) -> Iterator[Run]:
     """Reading in processes of the program."""
 
     def list_readers(process: subprocess.Popen[bytes]) -> list[psutil.Process]:
         program = psutil.Process(process.pid)
-        return program.children(recursive=True) if jobs > 1 else [program]
+        if jobs == 1:
+            return [program]
+        # The resource tracker of multiprocessing is a child too
+        return [child for child in program.children(recursive=True) if "spawn_main" in " ".join(child.cmdline())]
 
     yield Run(f"--jobs {jobs}", lambda out: start_program(maps, out, "--jobs", str(jobs)), list_readers)
 
 
 @contextmanager
-def on_cluster(maps: Path, workers: int) -> Iterator[Run]:
+def on_cluster(maps: Sequence[Path], workers: int) -> Iterator[Run]:
     """Reading by the workers of a local Dask cluster, programs that are started again when they end."""
     from distributed import LocalCluster
 
@@ -135,28 +149,59 @@ def start_worker(scheduler: str) -> subprocess.Popen[bytes]:
     return subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
 
 
-def start_program(maps: Path, out: Path, *options: str) -> subprocess.Popen[bytes]:
-    """The program that reads the maps."""
-    command = [sys.executable, "-m", "pianta", "read", str(maps), "-o", str(out), *options, "-q"]
+def start_program(maps: Sequence[Path], out: Path, *options: str) -> subprocess.Popen[bytes]:
+    """The program that reads the maps, files or folders."""
+    command = [sys.executable, "-m", "pianta", "read", *map(str, maps), "-o", str(out), *options, "-q"]
     with out.with_suffix(".log").open("w") as log:
         return subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=log)
+
+
+def compare_rates(
+    files: Sequence[Path], out: Path, runs: Callable[[Sequence[Path], int], AbstractContextManager[Run]], rounds: int
+) -> None:
+    """Print how near two processes and two programs come to twice the rate of one, over parts of the files."""
+    shares: dict[str, list[float]] = {"two processes": [], "two programs": []}
+    out.mkdir()
+    for number in range(rounds):
+        part = files[number::rounds]
+        with runs(part, 1) as run:
+            one = time_programs([run], out / f"{number}-one")
+        with runs(part, 2) as run:
+            two = time_programs([run], out / f"{number}-two")
+        with with_jobs(part[::2], 1) as run, with_jobs(part[1::2], 1) as other:
+            apart = time_programs([run, other], out / f"{number}-apart")
+        shares["two processes"].append(one / two / 2)
+        shares["two programs"].append(one / apart / 2)
+        sys.stdout.write(f"{len(part)} maps: one {one:.1f} s, two {two:.1f} s, two programs {apart:.1f} s\n")
+        sys.stdout.flush()
+    for name, values in shares.items():
+        sys.stdout.write(f"{name}: {np.mean(values):.0%} ± {np.std(values):.0%} of twice the rate of one\n")
+
+
+def time_programs(runs: Sequence[Run], out: Path) -> float:
+    """Seconds until the last of programs that start together ends."""
+    out.mkdir()
+    start = time.perf_counter()
+    for program in [run.start(out / str(number)) for number, run in enumerate(runs)]:
+        program.wait()
+    return time.perf_counter() - start
 
 
 def time_batch(maps: Path, out: Path, run: Run) -> float:
     """Seconds of a batch; prints the memory of the processes that read."""
     start, total = time.perf_counter(), sum(1 for _ in maps.iterdir())
-    samples: list[tuple[int, int]] = []
+    samples: list[tuple[int, float]] = []
     with run.start(out) as process:
         while process.poll() is None:
-            with suppress(psutil.Error, ValueError):
-                largest = max(reader.memory_info().rss for reader in run.list_readers(process))
-                samples.append((count_entries(out), largest))
+            with suppress(psutil.Error, StatisticsError):
+                resident = mean(reader.memory_info().rss for reader in run.list_readers(process))
+                samples.append((count_entries(out), resident))
             time.sleep(PAUSE)
     seconds = time.perf_counter() - start
     tenths = [[rss for done, rss in samples if low <= done / total < high] for low, high in ((0.1, 0.2), (0.9, 1.0))]
     first, last = (float(np.mean(each)) / 2**20 if each else float("nan") for each in tenths)
     sys.stdout.write(
-        f"{run.name}: {total} maps, {total / seconds:.2f} a second; largest process {first:.0f} MiB in the second "
+        f"{run.name}: {total} maps, {total / seconds:.2f} a second; memory of a process {first:.0f} MiB in the second "
         f"tenth, {last:.0f} MiB in the last ({last / first - 1:+.0%})\n"
     )
     sys.stdout.flush()

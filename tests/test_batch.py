@@ -1,6 +1,7 @@
 """Batches: folders of maps, a journal of what is done, processes that may die, parts for several machines, tables."""
 
 import errno
+import gc
 import json
 import os
 import signal
@@ -8,6 +9,7 @@ import sqlite3
 import subprocess
 import sys
 import time
+import weakref
 from collections import Counter
 from collections.abc import Iterator
 from contextlib import ExitStack, closing, suppress
@@ -26,7 +28,7 @@ from pianta.batch.generate_batch import PLAN_SHEET, SHEET, list_plan_files
 from pianta.batch.inputs import RESULT_NAME, SUFFIXES, expand_patterns, list_inputs
 from pianta.batch.journal import BEGUN, Entry, Journal, _as_option_error, read_journals
 from pianta.batch.predict_batch import EXPLORED, PICTURE, PLAN_FILES
-from pianta.batch.processes import Fault, run_items
+from pianta.batch.processes import Fault, run_items, work_in_worker
 from pianta.batch.read_batch import _identify, _is_complete
 from pianta.batch.run_batch import WorkItem, digest_options
 from pianta.building import Building, Storey
@@ -767,6 +769,25 @@ class TestOutputFolder:
         code, _, err = run_pianta("read", maps / "a" / "a.yaml", "-o", tmp_path / "out")
         assert code == 2
         assert err.endswith(f"such as -o '{tmp_path / 'out-a'}'\n")
+
+
+class Cycle:
+    """Refers to itself, as a figure of matplotlib does."""
+
+    def __init__(self) -> None:
+        self.itself = self
+
+
+def test_a_process_frees_the_cycles_that_an_item_leaves():
+    left: list[weakref.ref[Cycle]] = []
+    gc.disable()
+    try:
+        for number in range(2):
+            outcome = work_in_worker(lambda item: left.append(weakref.ref(Cycle())) or item, number)
+            assert (outcome.result, [reference() for reference in left]) == (number, [None] * (number + 1))
+    finally:
+        gc.unfreeze()
+        gc.enable()
 
 
 class TestFaults:

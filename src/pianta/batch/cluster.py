@@ -17,7 +17,7 @@ from typing import Any, TypeVar
 from distributed import Client, Future, KilledWorker, Worker, WorkerPlugin, as_completed, get_worker
 
 from pianta import __version__
-from pianta.batch.processes import QUEUED_PER_JOB, Fault, Outcome, describe_fault, guard_item, limit_threads
+from pianta.batch.processes import QUEUED_PER_JOB, Fault, Outcome, describe_fault, limit_threads, work_in_worker
 from pianta.errors import OptionError
 from pianta.io._files import one_line_reason, short_repr
 
@@ -121,7 +121,7 @@ def _run_item(name: str, batch: str, item: Any) -> Any:  # noqa: ANN401  # of an
     """On a worker: the outcome of an item. name: of the plugin that has brought the work."""
     _running[batch] += 1
     try:
-        return guard_item(getattr(get_worker(), name), item)
+        return work_in_worker(getattr(get_worker(), name), item)
     finally:
         _running[batch] -= 1
 

@@ -9,6 +9,7 @@ from pianta.building_types.map_types import MapTypePrediction
 from pianta.building_types.model import BuildingTypeModel, TypePrediction
 from pianta.floor import Floor
 from pianta.rooms.completion import fill_missing_labels
+from pianta.rooms.features import RoomContext
 from pianta.rooms.model import has_manual_label
 
 
@@ -44,25 +45,32 @@ def classify_building(floor: Floor, model: BuildingTypeModel | None = None) -> F
     >>> pianta.classify_building(pianta.reconstruct(grid)).building_type
     {}
     """
+    return classify_described(floor, model)
+
+
+def classify_described(
+    floor: Floor, model: BuildingTypeModel | None = None, *, context: RoomContext | None = None
+) -> Floor:
+    """The floor as `classify_building` gives it; context: of its rooms, by `describe_rooms`, None to compute it."""
     if not floor.rooms:
         return replace(floor, building_type={})
     prediction: TypePrediction | MapTypePrediction
     if model is None and not all(map(has_manual_label, floor.rooms)):
-        prediction = predict_map_type(floor)
+        prediction = predict_map_type(floor, context)
     else:
         prediction = predict_building_type(floor, model)
     return replace(floor, building_type=dict(prediction.probabilities) if prediction.is_known else {})
 
 
-def predict_map_type(floor: Floor) -> MapTypePrediction:
+def predict_map_type(floor: Floor, context: RoomContext | None = None) -> MapTypePrediction:
     """The prediction behind `classify_building` for a floor that was read from a map, also that it is of no known type.
 
-    Raises LabelError for a floor without rooms.
+    context: of its rooms, by `describe_rooms`; None to compute it. Raises LabelError for a floor without rooms.
     """
     check_argument(floor, Floor, "floor", "a Floor of read or reconstruct")
     from pianta.building_types.map_type_file import read_default_map_type_model
 
-    return read_default_map_type_model().predict(floor)
+    return read_default_map_type_model().predict(floor, context)
 
 
 def predict_building_type(floor: Floor, model: BuildingTypeModel | None = None) -> TypePrediction:

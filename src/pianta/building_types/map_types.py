@@ -120,11 +120,14 @@ class MapTypeModel:
         """The types that it can predict."""
         return tuple(name for name in self.classes if name != OTHER)
 
-    def predict(self, floor: Floor) -> MapTypePrediction:
-        """The type of a floor, by its rooms and doors alone; raises LabelError for a floor without rooms."""
+    def predict(self, floor: Floor, context: RoomContext | None = None) -> MapTypePrediction:
+        """The type of a floor, by its rooms and doors alone; raises LabelError for a floor without rooms.
+
+        context: of its rooms, by `describe_rooms`; None to compute it.
+        """
         if not floor.rooms:
             raise LabelError("the floor has no rooms, so its building type cannot be predicted")
-        return self.predict_description(describe_map(describe_rooms(floor)))
+        return self.predict_description(describe_map(context or describe_rooms(floor)))
 
     def predict_description(self, features: Floats) -> MapTypePrediction:
         """The type of a floor, from its features of `describe_map`, shape (k,)."""

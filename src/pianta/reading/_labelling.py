@@ -95,13 +95,15 @@ class Labelling:
         are those of schools and offices, are left out unless `label_unknown`, or a name says what the room is for.
         A home is known by the names of its rooms and by fixtures in them, and they get the labels of homes.
         """
-        from pianta.building_types.classify import classify_building
+        from pianta.building_types.classify import classify_building, classify_described
         from pianta.rooms.completion import fill_missing_labels
+        from pianta.rooms.features import describe_rooms
         from pianta.rooms.from_names import label_named_rooms
         from pianta.rooms.home import find_home_evidence
         from pianta.rooms.model import has_manual_label, keep_manual_label
 
-        predicted = label_named_rooms(floor, self.rooms, self.words).rooms
+        context = describe_rooms(floor)
+        predicted = label_named_rooms(floor, self.rooms, self.words, context=context).rooms
         manual = map(keep_manual_label, floor.rooms)
         rooms: tuple[Room, ...] = tuple(old if old.label else new for old, new in zip(manual, predicted, strict=True))
         labelled = replace(floor, rooms=rooms)
@@ -117,7 +119,7 @@ class Labelling:
             ).floor
             types = classify_building(described, self.buildings).building_type
         else:
-            types = classify_building(labelled, None).building_type
+            types = classify_described(labelled, context=context).building_type
         classified = replace(labelled, building_type=types)
         return classified if classified.building_type or self.label_unknown else self._keep_reliable_labels(classified)
 

@@ -16,7 +16,6 @@ from pianta._types import Floats
 from pianta.floor import Floor
 from pianta.labels import LabelSchema
 from pianta.rooms.features import RoomContext
-from pianta.rooms.label import label_rooms
 from pianta.rooms.model import (
     FUNCTIONS,
     RoomModel,
@@ -36,11 +35,17 @@ from pianta.rooms.name_dictionary import (
 MIN_PROBABILITY = 0.05
 
 
-def label_named_rooms(floor: Floor, model: RoomModel | None = None, words: RoomNameDictionary | None = None) -> Floor:
+def label_named_rooms(
+    floor: Floor,
+    model: RoomModel | None = None,
+    words: RoomNameDictionary | None = None,
+    *,
+    context: RoomContext | None = None,
+) -> Floor:
     """The floor with a label for each room, as label_rooms, but using the rooms' names too.
 
     model, words: model and dictionary; None for those that come with pianta. If the dictionary has none of the names,
-    the result is that of label_rooms.
+    the result is that of label_rooms. context: of the rooms, by `describe_rooms`; None to compute it.
     """
     from pianta.rooms.model_file import read_default_room_model
 
@@ -52,9 +57,9 @@ def label_named_rooms(floor: Floor, model: RoomModel | None = None, words: RoomN
         words = words or read_default_room_name_dictionary()
         priors = [room_name_prior(room.name, schema, words) if room.name else None for room in floor.rooms]
     if not any(priors):
-        return label_rooms(floor, model)
+        return model.label(floor, context=context)
     attributes = {field.name: getattr(model, field.name) for field in fields(RoomModel)}
-    return _NamedRoomModel(**attributes, evidence=_to_evidence(priors, schema)).label(floor)
+    return _NamedRoomModel(**attributes, evidence=_to_evidence(priors, schema)).label(floor, context=context)
 
 
 @dataclass(frozen=True, eq=False)

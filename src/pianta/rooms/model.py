@@ -132,13 +132,15 @@ class RoomModel:
         marginals = self.field.compute_marginals(second, find_neighbourhood(context))
         return {"first pass": first, "second pass": second, "random field": marginals}
 
-    def label(self, floor: Floor) -> Floor:
+    def label(self, floor: Floor, *, context: RoomContext | None = None) -> Floor:
         """Label the rooms of a floor, from R/C down to the labels of its building type if the model has these.
 
         Parameters
         ----------
         floor
             The floor, metres of the map frame.
+        context
+            Of its rooms, by `describe_rooms`; None to compute it.
 
         Returns
         -------
@@ -147,7 +149,7 @@ class RoomModel:
         """
         if not floor.rooms:
             return floor
-        context = describe_rooms(floor)
+        context = context or describe_rooms(floor)
         functions = self.predict_functions(context)["random field"]
         building_type = find_labelled_type(floor, self)
         schema = None if building_type is None else self.schemas[building_type]
