@@ -8,6 +8,7 @@ from types import MappingProxyType
 import networkx as nx
 
 from pianta.evaluation.floor_scores import score_floor
+from pianta.evaluation.graph_sets import find_copies
 from pianta.floor import Floor
 from pianta.labels import LabelSchema
 from pianta.layout.reconstruct import reconstruct
@@ -43,14 +44,15 @@ def scan_and_read(floor: Floor, scan: str, schema: LabelSchema, *, seed: int) ->
     return {
         ROOMS: scores.rooms.f1,
         DOORS: scores.doors.f1,
-        SAME: nx.is_isomorphic(again.graph(), floor.graph()),
-        SAME_LABELLED: have_same_graph(again, map_labels_upwards(floor, schema)),
+        SAME: have_same_graph(again, floor),
+        SAME_LABELLED: have_same_graph(again, map_labels_upwards(floor, schema), labels=True),
     }
 
 
-def have_same_graph(one: Floor, other: Floor) -> bool:
-    """Whether the topological graphs with labels of R/C are isomorphic."""
+def have_same_graph(one: Floor, other: Floor, *, labels: bool = False) -> bool:
+    """Whether the topological graphs, with `labels` those with labels of R/C, are isomorphic."""
     graphs = [floor.graph() for floor in (one, other)]
     for graph, floor in zip(graphs, (one, other), strict=True):
-        nx.set_node_attributes(graph, {room.id: room.labels[R_C] for room in floor}, R_C)
-    return bool(nx.is_isomorphic(*graphs, node_match=lambda first, second: first[R_C] == second[R_C]))
+        nx.set_node_attributes(graph, {room.id: room.labels[R_C] if labels else "" for room in floor}, "label")
+    # networkx alone tries all orders of the rooms at a corridor of which one has another label, which takes hours
+    return find_copies(graphs[:1], graphs[1:])[0]
