@@ -1,7 +1,7 @@
 """Run tests with other versions: Python 3.11 to 3.13, and the lowest versions of all dependencies.
 
     python .ci/matrix.py [3.11] [3.12] [3.13] [lowest]
-    python .ci/matrix.py --turn    one of 3.12, 3.13 and lowest, and a third of the files of tests, by the number of
+    python .ci/matrix.py --turn    one of 3.12, 3.13 and lowest, and a fifth of the files of tests, by the number of
                                    commits: all take too long in CI
 
 Interpreters are looked for on the path and in pyenv; one that is not there is skipped, with a line. The lowest versions
@@ -22,7 +22,7 @@ ROOT = Path(__file__).parents[1]
 VERSIONS = ("3.11", "3.12", "3.13")
 LOWEST = "lowest"
 TURN = "--turn"
-SHARES = 3  # of the files of tests, of which a turn runs one
+SHARES = 5  # of the files of tests, of which a turn runs one
 # Of the tests, in their newest versions: the tests themselves are not for others
 TEST_PACKAGES = ("hypothesis", "lxml", "numpydoc", "playwright", "psutil", "pytest", "pytest-xdist")
 
