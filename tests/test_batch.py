@@ -780,10 +780,15 @@ class Cycle:
 
 def test_a_process_frees_the_cycles_that_an_item_leaves():
     left: list[weakref.ref[Cycle]] = []
+
+    def leave_cycle(item: int) -> int:
+        left.append(weakref.ref(Cycle()))
+        return item
+
     gc.disable()
     try:
         for number in range(2):
-            outcome = work_in_worker(lambda item: left.append(weakref.ref(Cycle())) or item, number)
+            outcome = work_in_worker(leave_cycle, number)
             assert (outcome.result, [reference() for reference in left]) == (number, [None] * (number + 1))
     finally:
         gc.unfreeze()

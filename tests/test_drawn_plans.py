@@ -28,6 +28,8 @@ from pianta.generation.drawing.losses import (
 from pianta.generation.drawing.programme import Programme
 from pianta.generation.drawing.room_blocks import draw_notched, draw_room, draw_suite, stack_blocks
 from pianta.generation.drawing.room_sizes import sample_areas
+from pianta.generation.drawing.short_arms import find_harmed, find_short_arm
+from pianta.generation.drawing.site import OUTSIDE
 from pianta.generation.type_model import TypeModel, learn_type
 from tests.generated_types import AREAS, OTHER_AREA, SCHOOL, join_wings, make_schools, sized_model
 
@@ -140,6 +142,33 @@ class TestArms:
         cells[:, 5:7] = 2
         assert find_arm(cells, 0, 1, 2) is None
         assert find_arm(self.CELLS, 0, 1, 4) is None
+
+    def test_without_a_way_it_leads_along_the_walls_of_a_large_room(self):
+        """Rooms 0 and 1 on both sides of a room of 20 × 13 cells, with a cell of free space around."""
+        cells = np.full((20, 23), 2, np.int32)
+        cells[:, :5], cells[:, 18:] = 0, 1
+        cells = np.pad(cells, 1, constant_values=-1)
+        arm = find_short_arm(cells, 0, 1, nx.Graph([(0, 2), (2, 1)]), corridors={0})
+        assert arm is not None
+        assert np.argwhere(arm).tolist() == np.argwhere(np.pad(np.ones((5, 13)), ((1, 16), (6, 6)))).tolist()
+
+    def test_it_takes_nothing_from_corridors_or_of_rooms_that_would_be_small(self):
+        cells = np.full((20, 23), 2, np.int32)
+        cells[:, :5], cells[:, 18:] = 0, 1
+        cells = np.pad(cells, 1, constant_values=-1)
+        assert find_short_arm(cells, 0, 1, nx.Graph(), corridors={0, 2}) is None
+        cells[13:] = OUTSIDE
+        assert find_short_arm(cells, 0, 1, nx.Graph(), corridors={0}) is None
+
+    def test_rooms_are_harmed_that_lose_a_door_or_fall_into_parts(self):
+        cells = np.full((9, 6), 1, np.int32)
+        cells[:, 0] = 0
+        cells[:, 5] = 2
+        arm = np.zeros(cells.shape, bool)
+        arm[:, 4] = True
+        assert find_harmed(cells, 0, arm, nx.Graph([(1, 2)])) == {1, 2}
+        arm[:, 4], arm[4, 1:5] = False, True
+        assert 1 in find_harmed(cells, 0, arm, nx.Graph())
 
 
 class TestChoices:
@@ -259,6 +288,18 @@ class TestDrawPlan:
         areas = sample_areas(graph, learn_type(graphs, SCHOOL), rng, from_one_floor=True)
         rooms = [round(area, 6) for node, area in areas.items() if graph.nodes[node]["label"] == "CLASSROOM"]
         assert 25 <= max(map(rooms.count, rooms)) < 40
+
+    def test_floors_with_many_rooms_of_the_frequent_labels_are_followed(self, rng):
+        """Of ten classrooms one, of 200 m², is on the floor that has all closets; all floors have one corridor."""
+        graphs = [join_wings(("C" * 3,), (), source=str(number)) for number in range(3)]
+        graphs.append(join_wings(("C" + "S" * 40,), (), source="3"))
+        for number, graph in enumerate(graphs):
+            for _, room in graph.nodes(data=True):
+                room["area"] = 200.0 if number == 3 else 50.0
+        model, graph = learn_type(graphs, SCHOOL), join_wings(("C" * 8 + "S",), (), source="")
+        large = [sample_areas(graph, model, rng, from_one_floor=True)[1] > 100 for _ in range(800)]
+        followed = (8 * 0.1 + 1 * 1.0 + 1 * 0.25) / 10
+        assert np.mean(large) == pytest.approx(0.75 * followed + 0.25 * 0.1, abs=0.04)
 
     def test_corridors_with_more_wall_beside_them_are_larger(self, rng):
         graphs = make_schools()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 
 import cv2
 import numpy as np
@@ -15,22 +15,24 @@ from pianta.generation.drawing.blocks import NARROWEST, NO_ROOM, Cells
 Mask = NDArray[np.bool_]
 
 TURN = 10.0  # cells that a turn costs: arms are straight where they can be
+THEFT = 2.0  # cells that a cell of another room costs besides
 
 
-def find_widest_arm(cells: Cells, room: int, goal: int, widest: int) -> Mask | None:
-    """The free cells of an arm by which a room touches another one, as wide as there is space; None without a way.
+def find_widest_arm(cells: Cells, room: int, goal: int, widest: int, *, through: Collection[int] = ()) -> Mask | None:
+    """The cells of an arm by which a room touches another one, as wide as there is space; None without a way.
 
-    widest: cells of its width, at most. Where the width of a corridor changes, it looks like two rooms.
+    widest: cells of its width, at most. Where the width of a corridor changes, it looks like two rooms. through: rooms
+    at whose walls the arm may take cells; all others are free.
     """
-    if not _find_ways(cells, room, goal, NARROWEST)[0].any():
+    if not _find_ways(cells, room, goal, NARROWEST, through)[0].any():
         return None
-    arms = (find_arm(cells, room, goal, width) for width in range(widest, NARROWEST - 1, -1))
+    arms = (find_arm(cells, room, goal, width, through=through) for width in range(widest, NARROWEST - 1, -1))
     return next(arm for arm in arms if arm is not None)
 
 
-def find_arm(cells: Cells, room: int, goal: int, width: int) -> Mask | None:
-    """The free cells of the shortest arm of a width by which a room touches another one; None without a way."""
-    free, starts, ends = _find_ways(cells, room, goal, width)
+def find_arm(cells: Cells, room: int, goal: int, width: int, *, through: Collection[int] = ()) -> Mask | None:
+    """The cells of the shortest arm of a width by which a room touches another one; None without a way."""
+    free, starts, ends = _find_ways(cells, room, goal, width, through)
     if not free.any():
         return None
     count = int(free.sum())
@@ -38,7 +40,7 @@ def find_arm(cells: Cells, room: int, goal: int, width: int) -> Mask | None:
     numbers[free] = np.arange(count)
     # States: a free square, the first `count` of arms along x, the others along y; arms leave walls at right angles
     distances, before, _ = dijkstra(
-        _join_squares(numbers, count),
+        _join_squares(numbers, count, _measure_theft(cells, width)),
         directed=False,
         indices=np.concatenate([numbers[starts[0]], numbers[starts[1]] + count]),
         return_predecessors=True,
@@ -55,15 +57,35 @@ def find_arm(cells: Cells, room: int, goal: int, width: int) -> Mask | None:
     return arm
 
 
-def _find_ways(cells: Cells, room: int, goal: int, width: int) -> tuple[Mask, list[Mask], list[Mask]]:
+def _find_ways(
+    cells: Cells, room: int, goal: int, width: int, through: Collection[int]
+) -> tuple[Mask, list[Mask], list[Mask]]:
     """The connected parts of the free squares that join two rooms, their starts and their ends, each of two masks."""
-    free = _erode(cells == NO_ROOM, width, width)
+    is_open = cells == NO_ROOM
+    if through:
+        is_open |= np.isin(cells, [*through]) & _find_rims(cells, width)
+    free = _erode(is_open, width, width)
     starts, ends = ([*_find_sides(cells == each, free, width)] for each in (room, goal))
     count, parts = cv2.connectedComponents(free.astype(np.uint8), connectivity=4)
     is_way = np.zeros(count, bool)
     is_way[np.intersect1d(*(parts[np.logical_or(*sides)] for sides in (starts, ends)))] = True
     ways = is_way[parts]
     return ways, [side & ways for side in starts], [side & ways for side in ends]
+
+
+def _find_rims(cells: Cells, width: int) -> Mask:
+    """The cells of rooms that are less than a width from their walls."""
+    kernel = np.ones((2 * width + 1, 2 * width + 1), np.uint8)
+    values = cells.astype(np.float32)
+    return np.asarray(cv2.erode(values, kernel) != cv2.dilate(values, kernel))
+
+
+def _measure_theft(cells: Cells, width: int) -> NDArray[np.float64]:
+    """What each square of a width costs, by its first corner, for the share of its cells that lie in rooms."""
+    share = cv2.blur(
+        (cells != NO_ROOM).astype(np.float64), (width, width), anchor=(0, 0), borderType=cv2.BORDER_CONSTANT
+    )
+    return THEFT * np.asarray(share)
 
 
 def _erode(mask: Mask, rows: int, columns: int) -> Mask:
@@ -83,18 +105,17 @@ def _find_sides(room: Mask, free: Mask, width: int) -> tuple[Mask, Mask]:
     return beside & free, over & free
 
 
-def _join_squares(numbers: NDArray[np.int64], count: int) -> coo_array:
-    """The graph of the states: squares side by side, and turns."""
+def _join_squares(numbers: NDArray[np.int64], count: int, theft: NDArray[np.float64]) -> coo_array:
+    """The graph of the states: squares side by side, and turns. theft: what each square costs besides."""
 
-    def list_edges() -> Iterator[tuple[NDArray[np.int64], NDArray[np.int64], float]]:
-        for first, second, offset in (
-            (numbers[:, :-1], numbers[:, 1:], 0),
-            (numbers[:-1], numbers[1:], count),
+    def list_edges() -> Iterator[tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float64]]]:
+        for first, second, costs, offset in (
+            (numbers[:, :-1], numbers[:, 1:], theft[:, :-1] + theft[:, 1:], 0),
+            (numbers[:-1], numbers[1:], theft[:-1] + theft[1:], count),
         ):
             both = (first >= 0) & (second >= 0)
-            yield first[both] + offset, second[both] + offset, 1.0
-        yield np.arange(count), np.arange(count) + count, TURN
+            yield first[both] + offset, second[both] + offset, 1.0 + costs[both] / 2
+        yield np.arange(count), np.arange(count) + count, np.full(count, TURN)
 
-    rows, columns, weights = zip(*list_edges(), strict=True)
-    values = np.concatenate([np.full(len(row), weight) for row, weight in zip(rows, weights, strict=True)])
-    return coo_array((values, (np.concatenate(rows), np.concatenate(columns))), shape=(2 * count, 2 * count)).tocsr()
+    rows, columns, weights = map(np.concatenate, zip(*list_edges(), strict=True))
+    return coo_array((weights, (rows, columns)), shape=(2 * count, 2 * count)).tocsr()

@@ -14,13 +14,13 @@ from shapely import Polygon
 from pianta._arguments import check_argument
 from pianta.errors import BuildingWarning, OptionError
 from pianta.floor import Floor
-from pianta.generation.drawing.arms import find_widest_arm
-from pianta.generation.drawing.blocks import DOOR_CELLS, NARROWEST, NO_ROOM, Cells, measure_contact, paint_cells
+from pianta.generation.drawing.blocks import DOOR_CELLS, NO_ROOM, Cells, measure_contact, paint_cells
 from pianta.generation.drawing.choices import Edge
 from pianta.generation.drawing.gaps import close_gaps
 from pianta.generation.drawing.layouts import MARGIN_CELLS, Layout, find_layouts
-from pianta.generation.drawing.losses import ROOM_FACTOR, find_missing_doors, measure_arms, measure_form, measure_width
+from pianta.generation.drawing.losses import ROOM_FACTOR, find_missing_doors, measure_arms, measure_form
 from pianta.generation.drawing.programme import Programme, make_programme
+from pianta.generation.drawing.short_arms import find_short_arm
 from pianta.generation.drawing.site import OUTSIDE, list_scales, make_site
 from pianta.generation.drawing.walls import build_plan
 from pianta.generation.type_model import TypeModel, prepare_room_graph
@@ -29,7 +29,6 @@ from pianta.generation.type_model import TypeModel, prepare_room_graph
 FINISHED = 8  # layouts, the best ones, that get arms; more, up to MOST_FINISHED, while doors are missing
 MOST_FINISHED = 36
 REPEATS = 1  # of arms, in another order, while doors are missing
-WIDEST_ARM = 7  # cells
 SITE_TRIES = 2  # of all scales of areas, while doors are missing or nothing fits into an outline
 
 
@@ -134,7 +133,7 @@ def _choose_plan(programme: Programme, rng: np.random.Generator) -> _Candidate:
         scaled = programme.scaled(scale)
         # Spanning trees are drawn without overlaps: corridors as strips, their rooms on both sides
         layouts = find_layouts(scaled, rng)
-        # Doors outside the tree get arms through free space, in the best layouts first; rooms grow into narrow gaps
+        # Doors outside the tree get arms around or between rooms, the best layouts first; rooms grow into narrow gaps
         best = _choose_better(best, _finish_best(layouts, scaled, rng))
         if best is not None and not best.missing:
             break
@@ -199,7 +198,7 @@ def _add_arms(
         if measure_contact(cells, one, other) >= DOOR_CELLS:
             continue
         room, goal = (other, one) if other in corridors and one not in corridors else (one, other)
-        arm = find_widest_arm(cells, room, goal, max(NARROWEST, min(measure_width(cells == room), WIDEST_ARM)))
+        arm = find_short_arm(cells, room, goal, graph, corridors)
         if arm is not None:
             cells[arm] = room
             arms += 1

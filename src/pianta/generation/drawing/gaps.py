@@ -13,7 +13,7 @@ from pianta.generation.drawing.blocks import NO_ROOM, Cells
 WIDEST_GAP = 14  # cells
 DEEPEST_STEP = 8  # cells, of a facade that becomes straight
 MIN_TOUCHED = 0.2  # of the side that grows, which meets another room
-MAX_GROWTH = 0.7  # of the area of a room
+MAX_GROWTH = 0.5  # of the area of a room
 PASSES = 2
 GROWTH = 1.08  # of the area of a building, as is usual: rooms are as much smaller before
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from math import sqrt
 from typing import Any
 
@@ -33,7 +33,7 @@ def sample_areas(
     labels = dict(graph.nodes(data="label"))
     tables = _list_areas(model, set(labels.values()))
     corridors = find_corridors(graph, model.schema)
-    own = _choose_floors(tables, rng) if from_one_floor else {}
+    own = _choose_floors(tables, [*labels.values()], rng) if from_one_floor else {}
     areas = {}
     for node, label in labels.items():
         table = tables[label]
@@ -61,10 +61,14 @@ def _list_areas(model: TypeModel, labels: set[str]) -> dict[str, NDArray[np.floa
 
 
 def _choose_floors(
-    tables: Mapping[str, NDArray[np.float64]], rng: np.random.Generator
+    tables: Mapping[str, NDArray[np.float64]], labels: Sequence[str], rng: np.random.Generator
 ) -> dict[str, NDArray[np.float64]]:
-    """The areas of the rooms of one floor, by label; of another floor for labels that it does not have."""
-    floor = rng.choice(np.concatenate([table[:, 2] for table in tables.values()]))
+    """The areas of the rooms of one floor, by label; of another floor for labels that it does not have.
+
+    labels: of the rooms of the building. A floor with many rooms of a label that is frequent in it is probable, so that
+    all buildings together have rooms as large as those of the type.
+    """
+    floor = rng.choice(tables[str(rng.choice(labels))][:, 2])
     chosen = {}
     for label, table in tables.items():
         is_own = table[:, 2] == floor
