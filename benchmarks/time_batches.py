@@ -15,9 +15,9 @@ itself, which is started again. At the end
 Memory is the resident one of the processes that read, sampled while they do, mean of the processes: the mean over the
 last tenth of the batch, against the second tenth.
 
-With --rounds, only rates are compared: the maps are divided into so many parts, each of which is read by one process,
-by two, and by two programs that share nothing, one after the other. Where the speed of the machine changes within
-minutes, this is fairer; that programs start counts more.
+With --rounds, only rates are compared: the maps are divided into this number of parts, each of which one process reads,
+then two, then two programs that share nothing. Where the speed of the machine changes within minutes, this is fairer;
+that programs start counts more.
 """
 
 from __future__ import annotations

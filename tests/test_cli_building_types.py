@@ -12,6 +12,7 @@ from pianta.floor import Floor
 from pianta.io.floors import read_floor, save_floor
 from pianta.io.ros_maps import save_ros_map
 from pianta.labels import LabelSet
+from pianta.rooms.features import RoomContext
 from pianta.rooms.model import RoomModel
 from pianta.worlds.scan import simulate_map
 from pianta.worlds.simulated_readings import simulate_and_reconstruct
@@ -175,7 +176,8 @@ def test_read_prints_the_type(maps, model, tmp_path):
 
 def set_predicted_type(chances: dict[str, float], monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(
-        "pianta.building_types.classify.classify_building", lambda floor, model: replace(floor, building_type=chances)
+        "pianta.building_types.classify.classify_described",
+        lambda floor, model=None, *, context=None: replace(floor, building_type=chances),
     )
 
 
@@ -311,11 +313,11 @@ def test_the_type_is_predicted_from_manual_labels(maps, tmp_path, monkeypatch):
     save_floor(replace(floor, rooms=rooms), folder / "floor.geojson")
     classified: list[Floor] = []
 
-    def classify(floor: Floor, model: object) -> Floor:
+    def classify(floor: Floor, model: object = None, *, context: object = None) -> Floor:
         classified.append(floor)
         return floor
 
-    monkeypatch.setattr("pianta.building_types.classify.classify_building", classify)
+    monkeypatch.setattr("pianta.building_types.classify.classify_described", classify)
     assert run_pianta("read", maps["school"], "--previous", folder, "-o", folder, "-q") == (0, "", "")
     assert {room.label for room in classified[0].rooms} == {"ENTRANCE"}
 
@@ -331,9 +333,9 @@ def test_only_the_given_room_model_labels_rooms(maps, tmp_path, monkeypatch):
     labelled: list[Floor] = []
     label = RoomModel.label
 
-    def count(model: RoomModel, floor: Floor) -> Floor:
+    def count(model: RoomModel, floor: Floor, *, context: RoomContext | None = None) -> Floor:
         labelled.append(floor)
-        return label(model, floor)
+        return label(model, floor, context=context)
 
     monkeypatch.setattr(RoomModel, "label", count)
     assert run_pianta("read", maps["school"], "--previous", folder, "-o", folder, "-q") == (0, "", "")

@@ -24,9 +24,9 @@ class TestCloseGaps:
         assert np.array_equal(cells, read_cells("00000011", "00000011"))
 
     def test_a_room_grows_to_the_facade_beside_it(self):
-        cells = read_cells("1111.", "1111.", "11110", "11110", "11110")
+        cells = read_cells("1111.", "1111.", *["11110"] * 4)
         close_gaps(cells, [0, 1])
-        assert np.array_equal(cells, read_cells(*["11110"] * 5))
+        assert np.array_equal(cells, read_cells(*["11110"] * 6))
 
     def test_rooms_do_not_become_much_larger(self):
         cells = read_cells("00....11", "00....11")

@@ -22,7 +22,8 @@ FLAT = Floor(
 
 def set_predicted_type(chances: dict[str, float], monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(
-        "pianta.building_types.classify.classify_building", lambda floor, model: replace(floor, building_type=chances)
+        "pianta.building_types.classify.classify_described",
+        lambda floor, model=None, *, context=None: replace(floor, building_type=chances),
     )
 
 
@@ -63,7 +64,8 @@ def test_a_label_below_the_limit_is_left_out(labelling, monkeypatch, probability
         replace(room, label="CONNECTION", labels=labels, label_probabilities=probabilities) for room in FLAT.rooms
     )
     monkeypatch.setattr(
-        "pianta.rooms.from_names.label_named_rooms", lambda floor, model, words: replace(floor, rooms=rooms)
+        "pianta.rooms.from_names.label_named_rooms",
+        lambda floor, model, words, *, context=None: replace(floor, rooms=rooms),
     )
     assert [room.label for room in labelling.label(FLAT).rooms] == [label] * 3
     everything = replace(labelling, label_unknown=True)

@@ -95,7 +95,7 @@ class Labelling:
         are those of schools and offices, are left out unless `label_unknown`, or a name says what the room is for.
         A home is known by the names of its rooms and by fixtures in them, and they get the labels of homes.
         """
-        from pianta.building_types.classify import classify_building, classify_described
+        from pianta.building_types.classify import classify_described
         from pianta.rooms.completion import fill_missing_labels
         from pianta.rooms.features import describe_rooms
         from pianta.rooms.from_names import label_named_rooms
@@ -117,7 +117,7 @@ class Labelling:
             described = fill_missing_labels(
                 labelled, self.buildings.label_set, schemas=self.schemas, labelled=predicted
             ).floor
-            types = classify_building(described, self.buildings).building_type
+            types = classify_described(described, self.buildings).building_type
         else:
             types = classify_described(labelled, context=context).building_type
         classified = replace(labelled, building_type=types)
