@@ -367,7 +367,7 @@ class TestDrawPlan:
 
 
 @pytest.mark.slow
-@settings(deadline=None, max_examples=8)
+@settings(deadline=None, max_examples=12)
 @given(
     st.lists(st.text("CSTA", min_size=1, max_size=6), min_size=1, max_size=5),
     st.lists(st.tuples(st.integers(0, 30), st.integers(0, 30)), max_size=3),

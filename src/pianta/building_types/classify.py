@@ -56,13 +56,13 @@ def classify_described(
         return replace(floor, building_type={})
     prediction: TypePrediction | MapTypePrediction
     if model is None and not all(map(has_manual_label, floor.rooms)):
-        prediction = predict_map_type(floor, context)
+        prediction = predict_map_type(floor, context=context)
     else:
         prediction = predict_building_type(floor, model)
     return replace(floor, building_type=dict(prediction.probabilities) if prediction.is_known else {})
 
 
-def predict_map_type(floor: Floor, context: RoomContext | None = None) -> MapTypePrediction:
+def predict_map_type(floor: Floor, *, context: RoomContext | None = None) -> MapTypePrediction:
     """The prediction behind `classify_building` for a floor that was read from a map, also that it is of no known type.
 
     context: of its rooms, by `describe_rooms`; None to compute it. Raises LabelError for a floor without rooms.
@@ -70,7 +70,7 @@ def predict_map_type(floor: Floor, context: RoomContext | None = None) -> MapTyp
     check_argument(floor, Floor, "floor", "a Floor of read or reconstruct")
     from pianta.building_types.map_type_file import read_default_map_type_model
 
-    return read_default_map_type_model().predict(floor, context)
+    return read_default_map_type_model().predict(floor, context=context)
 
 
 def predict_building_type(floor: Floor, model: BuildingTypeModel | None = None) -> TypePrediction:

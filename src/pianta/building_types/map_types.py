@@ -120,7 +120,7 @@ class MapTypeModel:
         """The types that it can predict."""
         return tuple(name for name in self.classes if name != OTHER)
 
-    def predict(self, floor: Floor, context: RoomContext | None = None) -> MapTypePrediction:
+    def predict(self, floor: Floor, *, context: RoomContext | None = None) -> MapTypePrediction:
         """The type of a floor, by its rooms and doors alone; raises LabelError for a floor without rooms.
 
         context: of its rooms, by `describe_rooms`; None to compute it.

@@ -1,4 +1,4 @@
-"""Arms of rooms through free space, for doors between rooms that do not lie side by side."""
+"""Arms of rooms through free space or along walls, for doors between rooms that do not touch."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from pianta.generation.drawing.blocks import NARROWEST, NO_ROOM, Cells
 Mask = NDArray[np.bool_]
 
 TURN = 10.0  # cells that a turn costs: arms are straight where they can be
-THEFT = 2.0  # cells that a cell of another room costs besides
+THEFT = 2.0  # cells that a cell of another room costs besides; chosen by hand
 
 
 def find_widest_arm(cells: Cells, room: int, goal: int, widest: int, *, through: Collection[int] = ()) -> Mask | None:
     """The cells of an arm by which a room touches another one, as wide as there is space; None without a way.
 
     widest: cells of its width, at most. Where the width of a corridor changes, it looks like two rooms. through: rooms
-    at whose walls the arm may take cells; all others are free.
+    at whose walls the arm may take cells, from no other room.
     """
     if not _find_ways(cells, room, goal, NARROWEST, through)[0].any():
         return None
@@ -31,7 +31,11 @@ def find_widest_arm(cells: Cells, room: int, goal: int, widest: int, *, through:
 
 
 def find_arm(cells: Cells, room: int, goal: int, width: int, *, through: Collection[int] = ()) -> Mask | None:
-    """The cells of the shortest arm of a width by which a room touches another one; None without a way."""
+    """The cells of an arm of a width by which a room touches another one; None without a way.
+
+    It is the shortest one, where a turn and what is taken from rooms count as longer ways. through: as of
+    `find_widest_arm`.
+    """
     free, starts, ends = _find_ways(cells, room, goal, width, through)
     if not free.any():
         return None
