@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import warnings
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import inf
 from types import NoneType
 
 import networkx as nx
@@ -27,8 +29,8 @@ from pianta.generation.type_model import TypeModel, prepare_room_graph
 
 # All chosen by hand, on generated schools.
 FINISHED = 8  # layouts, the best ones, that get arms; more, up to MOST_FINISHED, while doors are missing
-MOST_FINISHED = 36
-REPEATS = 1  # of arms, in another order, while doors are missing
+MOST_FINISHED = 16
+ORDERS = 6  # of arms, while doors are missing
 SITE_TRIES = 2  # of all scales of areas, while doors are missing or nothing fits into an outline
 
 
@@ -152,7 +154,8 @@ def _finish_best(layouts: Sequence[Layout], programme: Programme, rng: np.random
     for number, layout in enumerate(layouts[:MOST_FINISHED]):
         if best is not None and not best.missing and number >= FINISHED:
             break
-        best = _choose_better(best, _finish(layout, programme, rng))
+        most = inf if best is None else len(best.missing)
+        best = _choose_better(best, _finish(layout, programme, rng, most_missing=most))
     return best
 
 
@@ -161,22 +164,26 @@ def _choose_better(one: _Candidate | None, other: _Candidate | None) -> _Candida
     return min((each for each in (one, other) if each is not None), key=_rank, default=None)
 
 
-def _finish(layout: Layout, programme: Programme, rng: np.random.Generator) -> _Candidate | None:
-    """A candidate with arms for the doors that miss a wall; those that find no way are the first of another try.
+def _finish(
+    layout: Layout, programme: Programme, rng: np.random.Generator, *, most_missing: float
+) -> _Candidate | None:
+    """The best candidate of some orders of arms for the doors that miss a wall; the first arms find most ways.
 
-    None for a layout that does not fit on the site.
+    None for a layout that does not fit on the site, or if more doors than most_missing have no wall.
     """
     cells = paint_cells(layout.block, MARGIN_CELLS)
     on_site = cells if programme.site is None else programme.site.put(cells)
     if on_site is None:
         return None
-    finished = _add_arms(on_site.copy(), layout, programme, rng, first=())
-    for _ in range(REPEATS):
-        if not finished.missing:
-            break
-        again = _add_arms(on_site.copy(), layout, programme, rng, first=finished.missing)
-        finished = min(finished, again, key=_rank)
-    return finished
+    best, failures = None, Counter[Edge]()
+    for _ in range(ORDERS):
+        candidate = _add_arms(on_site.copy(), layout, programme, rng, failures, most_missing=most_missing)
+        best = _choose_better(best, candidate)
+        if best is not None:
+            if not best.missing:
+                break
+            most_missing = min(most_missing, len(best.missing))
+    return best
 
 
 def _rank(candidate: _Candidate) -> tuple[int, float]:
@@ -184,17 +191,24 @@ def _rank(candidate: _Candidate) -> tuple[int, float]:
 
 
 def _add_arms(
-    cells: Cells, layout: Layout, programme: Programme, rng: np.random.Generator, *, first: tuple[Edge, ...]
-) -> _Candidate:
+    cells: Cells,
+    layout: Layout,
+    programme: Programme,
+    rng: np.random.Generator,
+    failures: Counter[Edge],
+    *,
+    most_missing: float,
+) -> _Candidate | None:
     """A candidate with arms; corridors reach for rooms, if one of both is a corridor.
 
-    cells: of the layout, perhaps on a site, changed in place. first: doors to begin with.
+    cells: of the layout, perhaps on a site, changed in place. failures: how often each door has found no way; the most
+    frequent ones are the first. None once more doors than most_missing find no way.
     """
     graph, corridors = programme.graph, programme.corridors
-    arms, used = 0, 0
+    arms, used, failed = 0, 0, 0
     missing = find_missing_doors(cells, graph)
     order = [missing[index] for index in rng.permutation(len(missing))]
-    for one, other in sorted(order, key=lambda edge: (edge not in first, -sum(node in corridors for node in edge))):
+    for one, other in sorted(order, key=lambda edge: (-failures[edge], -sum(node in corridors for node in edge))):
         if measure_contact(cells, one, other) >= DOOR_CELLS:
             continue
         room, goal = (other, one) if other in corridors and one not in corridors else (one, other)
@@ -203,6 +217,11 @@ def _add_arms(
             cells[arm] = room
             arms += 1
             used += int(arm.sum()) * (1 if room in corridors else ROOM_FACTOR)
+            continue
+        failures[one, other] += 1
+        failed += 1
+        if failed > most_missing:
+            return None
     close_gaps(cells, [*graph])
     cells[cells == OUTSIDE] = NO_ROOM
     missing = find_missing_doors(cells, graph)
