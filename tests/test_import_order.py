@@ -22,6 +22,7 @@ LEVELS = (
     ("model_files",),
     ("evacuation",),
     ("exploration",),
+    ("mapping",),
     ("prediction",),
     ("generation",),
     ("realism",),

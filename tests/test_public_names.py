@@ -24,6 +24,8 @@ from pianta.evaluation.floor_scores import FloorScores
 from pianta.exploration.record import Exploration
 from pianta.generation.type_model import TypeModel
 from pianta.layout.explanation import Border, Explanation
+from pianta.mapping.events import Event
+from pianta.mapping.mapper import MapUpdate
 from pianta.navigation.cleaning import CleaningPlan, Coverage
 from pianta.patterns.model_floor_plan import Chance, Motion, Occurrence, Pattern
 from pianta.plan.read_plan import PlanFloor, PlanReading
@@ -58,6 +60,8 @@ RESULTS = (
     Realism,
     SampleInterval,
     StoreyReading,
+    MapUpdate,
+    Event,
     TypeModel,
     WayOut,
 )

@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from pianta.layout.explanation import explain
     from pianta.layout.parameters import StructureParameters, ThesisParameters
     from pianta.layout.reconstruct import METHODS, reconstruct
+    from pianta.mapping.mapper import Mapper
     from pianta.model_files import load_model
     from pianta.navigation.cleaning import plan_cleaning
     from pianta.navigation.route_graph import build_route_graph
@@ -68,6 +69,7 @@ __all__ = [
     "GridMap",
     "LabelSchema",
     "Link",
+    "Mapper",
     "ModelFloorPlan",
     "PiantaError",
     "Prediction",
@@ -128,6 +130,7 @@ _MODULES = {
     "Furniture": "floor",
     "GridMap": "gridmap",
     "LabelSchema": "labels",
+    "Mapper": "mapping.mapper",
     "Link": "building",
     "ModelFloorPlan": "patterns.model_floor_plan",
     "PiantaError": "errors",

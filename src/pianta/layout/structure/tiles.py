@@ -44,7 +44,7 @@ PARAMETERS = TileParameters()
 
 
 @dataclass(frozen=True, eq=False)
-class _Tile:
+class Tile:
     """A part of a map. core, extent: rectangles in the map frame; edge: of the extent, where the map goes on."""
 
     grid: GridMap
@@ -79,6 +79,14 @@ def reconstruct_in_tiles(grid: GridMap, read: Callable[[GridMap], Floor]) -> Flo
             tiles.append(tile)
         except MapError:  # a tile of open space, or of none
             continue
+    return join_tiles(grid, tiles, floors)
+
+
+def join_tiles(grid: GridMap, tiles: Sequence[Tile], floors: Sequence[Floor]) -> Floor:
+    """The floor of a map, of the floors of tiles whose cores cover it.
+
+    Raises MapError when no tile shows a room.
+    """
     tile_rooms = [_see(number, tiles[number], room) for number, floor in enumerate(floors) for room in floor]
     if not tile_rooms:
         raise MapError(NO_ROOM)
@@ -102,7 +110,7 @@ def reconstruct_in_tiles(grid: GridMap, read: Callable[[GridMap], Floor]) -> Flo
     return replace(floor, furniture=furniture)
 
 
-def list_tiles(grid: GridMap) -> Iterator[_Tile]:
+def list_tiles(grid: GridMap) -> Iterator[Tile]:
     """The tiles of a map that have free cells, in reading order; their cores cover it."""
     p = PARAMETERS
     margin = ceil(p.overlap / grid.resolution)
@@ -122,10 +130,10 @@ def list_tiles(grid: GridMap) -> Iterator[_Tile]:
             _in_map(grid, [(rows.start, cols.start), (rows.stop, cols.start)], is_edge=cols.start > 0),
             _in_map(grid, [(rows.start, cols.stop), (rows.stop, cols.stop)], is_edge=cols.stop < width),
         ]
-        yield _Tile(
+        yield Tile(
             part,
-            _rectangle(grid, (top, left, bottom, right)),
-            _rectangle(grid, (rows.start, cols.start, rows.stop, cols.stop)),
+            make_rectangle(grid, (top, left, bottom, right)),
+            make_rectangle(grid, (rows.start, cols.start, rows.stop, cols.stop)),
             shapely.union_all([side for side in sides if side is not None]),
         )
 
@@ -135,21 +143,21 @@ def _in_map(grid: GridMap, ends: Sequence[tuple[int, int]], *, is_edge: bool) ->
     return LineString(np.column_stack(grid.pixel_to_map(*np.array(ends, float).T))) if is_edge else None
 
 
-def _rectangle(grid: GridMap, sides: tuple[int, int, int, int]) -> Polygon:
+def make_rectangle(grid: GridMap, sides: tuple[int, int, int, int]) -> Polygon:
     """The rectangle of top, left, bottom and right, cells, in the map frame."""
     top, left, bottom, right = sides
     corners = np.array([(top, left), (bottom, left), (bottom, right), (top, right)], float)
     return Polygon(np.column_stack(grid.pixel_to_map(*corners.T)))
 
 
-def _see(number: int, tile: _Tile, room: Room) -> _TileRoom:
+def _see(number: int, tile: Tile, room: Room) -> _TileRoom:
     within = room.polygon.intersection(tile.core)
     is_cut = not tile.edge.is_empty and room.polygon.distance(tile.edge) < PARAMETERS.rim
     return _TileRoom(number, room, within, is_cut, tile.core.contains(room.polygon.centroid))
 
 
 def _choose_rooms(
-    tile_rooms: Sequence[_TileRoom], tiles: Sequence[_Tile]
+    tile_rooms: Sequence[_TileRoom], tiles: Sequence[Tile]
 ) -> tuple[list[Room], dict[tuple[int, int], int]]:
     """The rooms of the map, and for each (tile, id) the number of the room that has its place."""
     groups = [[tile_rooms[index] for index in sorted(group)] for group in _match(tile_rooms, tiles)]
@@ -168,7 +176,7 @@ def _choose_rooms(
     return rooms, room_of
 
 
-def _match(tile_rooms: Sequence[_TileRoom], tiles: Sequence[_Tile]) -> Iterator[set[int]]:
+def _match(tile_rooms: Sequence[_TileRoom], tiles: Sequence[Tile]) -> Iterator[set[int]]:
     """Groups of rooms, by their index, that are one: they agree where their tiles overlap."""
     same = nx.Graph()
     same.add_nodes_from(range(len(tile_rooms)))
@@ -226,7 +234,7 @@ def _separate(
 
 
 def _join_doors(
-    doors: Sequence[Sequence[Door]], tiles: Sequence[_Tile], room_of: dict[tuple[int, int], int]
+    doors: Sequence[Sequence[Door]], tiles: Sequence[Tile], room_of: dict[tuple[int, int], int]
 ) -> list[Door]:
     """The doors of the rooms that are left, each once."""
     joined: list[Door] = []

@@ -1,0 +1,1 @@
+"""Semantic mapping on-line: a building that is understood while its map grows."""

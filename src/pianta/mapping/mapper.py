@@ -1,0 +1,363 @@
+"""Mapper: a robot's hypothesis of a building, which grows with its map."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+
+import cv2
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+from shapely.geometry.base import BaseGeometry
+
+from pianta._arguments import check_argument
+from pianta.building import Building, Storey
+from pianta.errors import FloorError, MapError, MapWarning
+from pianta.floor import Floor, Room, round_floor
+from pianta.gridmap import OCCUPIED, UNKNOWN, GridMap
+from pianta.labels import standard_building_type
+from pianta.layout.partial.predict import predict_partial_rooms
+from pianta.layout.reconstruct import DEFAULT_METHOD, find_rooms
+from pianta.layout.room_ids import find_frame_motion, keep_room_ids
+from pianta.mapping.beliefs import choose_type, update_labels, update_type
+from pianta.mapping.changed_parts import (
+    EMPTY_FLOOR,
+    classify_cells,
+    have_same_frame,
+    list_windows,
+    make_window_shape,
+    put_on_grid,
+    read_windows,
+)
+from pianta.mapping.events import Event, list_events
+from pianta.mapping.state import EARLIER_FILES, MapState, read_state, save_state
+from pianta.rooms.features import describe_rooms
+from pianta.rooms.model import RoomModel
+
+# All chosen by hand.
+MAX_READ_SHARE = 0.5  # of the seen cells in windows: from here on the whole map is read
+SAME_WALL_SHARE = 0.5  # of the wall cells are near one still, on a map of the same building in the same frame
+
+
+@dataclass(frozen=True)
+class MapUpdate:
+    """What a mapper has made of a map.
+
+    Attributes
+    ----------
+    building
+        One storey, with the map. The probabilities of its labels are beliefs; another label or type is announced once
+        it is clearly more probable than the one announced before.
+    events
+        What has changed in the building.
+    types
+        The belief over types, with "other" for a building of none of them.
+    read_share
+        The share of the seen cells that were read again, 0 … 1.
+    """
+
+    building: Building
+    events: tuple[Event, ...]
+    types: Mapping[str, float]
+    read_share: float
+
+    @property
+    def floor(self) -> Floor:
+        """The floor of the building."""
+        return self.building.storeys[0].floor
+
+
+@dataclass(frozen=True)
+class _NewReading:
+    """The floor of a map, with the ids of before. share: of the seen cells, that was read. window: where; None: all."""
+
+    floor: Floor
+    share: float = 1.0
+    window: BaseGeometry | None = None
+    is_same_building: bool = True
+
+
+class Mapper:
+    """A robot's hypothesis of a building: rooms, doors, labels and type, which each update of its map changes.
+
+    Only what has changed on the map is read again, so that an update costs much less than `read`. Rooms keep their ids.
+
+    Parameters
+    ----------
+    building_type
+        The type of the building, such as "school"; None if unknown. Rooms get the labels of this type.
+    room_model
+        Model of `train_rooms` or `load_model`; None for the one that comes with pianta.
+    predict_partial
+        Whether to predict the whole shape of rooms that were seen in part.
+
+    Raises
+    ------
+    LabelError
+        The type is not a name.
+
+    References
+    ----------
+    M. Luperto, PhD thesis, chapters 8 and 9.
+
+    Examples
+    --------
+    >>> import pianta
+    >>> _, grid = pianta.make_world("corridor")
+    >>> mapper = pianta.Mapper()
+    >>> update = mapper.update(grid)
+    >>> len(update.floor), str(update.events[0])
+    (19, 'type changed: unknown → office')
+    >>> mapper.update(grid).events
+    ()
+    """
+
+    def __init__(
+        self,
+        *,
+        building_type: str | None = None,
+        room_model: RoomModel | None = None,
+        predict_partial: bool = True,
+    ) -> None:
+        check_argument(room_model, (RoomModel, type(None)), "room_model", "a model of train_rooms or load_model")
+        self.building_type = None if building_type is None else standard_building_type(building_type)
+        self.room_model, self.predict_partial = room_model, predict_partial
+        self.state: MapState | None = None
+
+    def update(self, grid: GridMap, *, time: float | None = None) -> MapUpdate:
+        """Take the newest map of the robot.
+
+        Parameters
+        ----------
+        grid
+            The map. It may be larger or smaller than the last one, and its frame may have moved.
+        time
+            When it was made, seconds; None if unknown. A map that is older than the last one changes nothing.
+
+        Returns
+        -------
+        MapUpdate
+            The building, and what has changed.
+
+        Raises
+        ------
+        MapError
+            The map shows no room, or cannot be read. The mapper stays as it was, and the next map may be better.
+
+        Warns
+        -----
+        MapWarning
+            The map is older than the last one.
+        """
+        check_argument(grid, GridMap, "grid", "a GridMap of read_map")
+        before = self.state
+        if before is not None and time is not None and before.time is not None and time < before.time:
+            message = (
+                f"a map of {time:g} s came after one of {before.time:g} s and is left out; send maps in their order"
+            )
+            warnings.warn(MapWarning(message), stacklevel=2)
+            return _describe(before, (), 0.0)
+        # Rooms, doors and walls of what has changed (chapter 3); rooms keep their ids
+        reading = self._read(grid)
+        if not reading.is_same_building:
+            before = None
+        # The whole shape of rooms that were seen in part (section 8.2)
+        floor, types = reading.floor, {} if before is None else before.types
+        if self.predict_partial:
+            floor = _predict_shapes(floor, grid, before, reading.window)
+        # What kind of building it is (chapter 6), and what each room is for (chapters 4 and 5): beliefs over readings
+        if reading.share:
+            floor, types = self._believe(floor, before)
+        previous = EMPTY_FLOOR if before is None else before.floor
+        events = list_events(floor, previous, is_new_building=not reading.is_same_building)
+        old = [] if self.state is None else [self.state.floor, *self.state.earlier]
+        self.state = MapState(grid, floor, tuple(old[: len(EARLIER_FILES)]), types, time, self.building_type)
+        return _describe(self.state, events, reading.share)
+
+    def update_patch(self, patch: GridMap, *, time: float | None = None) -> MapUpdate:
+        """Take a part of the map that has changed, as of map_msgs/OccupancyGridUpdate.
+
+        Parameters
+        ----------
+        patch
+            Cells in the frame of the last map, and inside it.
+        time
+            As of `update`.
+
+        Returns
+        -------
+        MapUpdate
+            As of `update`.
+
+        Raises
+        ------
+        MapError
+            There is no map yet, or the patch is not inside it; or as of `update`.
+        """
+        check_argument(patch, GridMap, "patch", "a GridMap")
+        if self.state is None:
+            raise MapError("a patch came before the first map; give the whole map to update")
+        grid = self.state.grid
+        row, col = (round(float(each)) for each in grid.map_to_pixel(*patch.pixel_to_map(0.0, 0.0)))
+        rows, cols = patch.shape
+        is_inside = 0 <= row <= grid.shape[0] - rows and 0 <= col <= grid.shape[1] - cols
+        if not (have_same_frame(grid, patch) and is_inside):
+            where = f"{rows} × {cols} cells from row {row}, column {col}"
+            raise MapError(f"the patch, {where}, is not inside the map of {grid.shape[0]} × {grid.shape[1]} cells")
+        cells = grid.cells.copy()
+        cells[row : row + rows, col : col + cols] = patch.cells
+        return self.update(replace(grid, cells=cells), time=time)
+
+    def save(self, folder: str | Path) -> None:
+        """Write what the mapper knows; after a kill at any moment the folder has the last state that was saved.
+
+        Parameters
+        ----------
+        folder
+            Created if necessary. Its floor.geojson is the floor, as `read` writes it.
+
+        Raises
+        ------
+        MapError
+            There was no map yet.
+        WriteError
+            The folder cannot be written.
+
+        Examples
+        --------
+        >>> import pianta
+        >>> mapper = pianta.Mapper()
+        >>> _ = mapper.update(pianta.make_world("corridor")[1])
+        >>> mapper.save("mapper")
+        >>> len(pianta.Mapper.load("mapper").floor)
+        19
+        """
+        if self.state is None:
+            raise MapError("there was no map yet; call update first")
+        save_state(self.state, Path(folder))
+
+    @classmethod
+    def load(cls, folder: str | Path, *, room_model: RoomModel | None = None, predict_partial: bool = True) -> Mapper:
+        """Go on from a folder of `save`.
+
+        Parameters
+        ----------
+        folder
+            That of `save`.
+        room_model, predict_partial
+            As of `Mapper`.
+
+        Returns
+        -------
+        Mapper
+            It continues as the one that was saved would have.
+
+        Raises
+        ------
+        MapError, FloorError
+            A file of the folder is missing or damaged.
+        """
+        state = read_state(Path(folder))
+        mapper = cls(building_type=state.building_type, room_model=room_model, predict_partial=predict_partial)
+        mapper.state = state
+        return mapper
+
+    @property
+    def floor(self) -> Floor:
+        """The floor, with beliefs; without rooms before the first map."""
+        return EMPTY_FLOOR if self.state is None else self.state.floor
+
+    def _read(self, grid: GridMap) -> _NewReading:
+        """The floor of a map, of which only changes are read if most of it is as before."""
+        read, state = partial(find_rooms, method=DEFAULT_METHOD), self.state
+        if state is None:
+            return _NewReading(round_floor(read(grid)))
+        cells, before = classify_cells(grid), None
+        if have_same_frame(grid, state.grid):
+            before = put_on_grid(state.grid, grid)
+            windows = list_windows(grid, cells != before, state.floor)
+            if not windows:
+                return _NewReading(state.floor, 0.0, shapely.Point())
+            share = _measure_share(cells, windows)
+            if share <= MAX_READ_SHARE:
+                bare = replace(state.floor, rooms=tuple(map(_strip, state.floor)))
+                floor = keep_room_ids(read_windows(grid, windows, bare, read), state.floor, earlier=state.earlier)
+                return _NewReading(round_floor(floor), share, make_window_shape(grid, windows))
+        floor = read(grid)
+        if _is_same_building(floor, cells, before, state.floor):
+            return _NewReading(round_floor(keep_room_ids(floor, state.floor, earlier=state.earlier)))
+        # No id is used again in another building
+        last_id = max(each.last_id for each in (state.floor, *state.earlier))
+        floor = keep_room_ids(floor, replace(EMPTY_FLOOR, last_id=last_id))
+        return _NewReading(round_floor(floor), is_same_building=False)
+
+    def _believe(self, floor: Floor, before: MapState | None) -> tuple[Floor, Mapping[str, float]]:
+        """The floor with beliefs, and the belief over types."""
+        context = describe_rooms(floor)
+        types = update_type(before.types if before else None, floor, context)
+        announced = next(iter(before.floor.building_type), None) if before else None
+        name = choose_type(types, announced)
+        probabilities = {} if name is None else {name: types[name]}
+        floor = replace(floor, building_type={self.building_type: 1.0} if self.building_type else probabilities)
+        return update_labels(floor, before.floor if before else EMPTY_FLOOR, self.room_model, context), types
+
+
+def _describe(state: MapState, events: Sequence[Event], read_share: float) -> MapUpdate:
+    return MapUpdate(Building((Storey(state.floor, grid=state.grid),)), tuple(events), state.types, read_share)
+
+
+def _measure_share(cells: NDArray[np.int8], windows: list[tuple[int, int, int, int]]) -> float:
+    """The share of the seen cells that lie in windows."""
+    is_seen = cells != UNKNOWN
+    inside = sum(np.count_nonzero(is_seen[top:bottom, left:right]) for top, left, bottom, right in windows)
+    return float(inside) / max(int(np.count_nonzero(is_seen)), 1)
+
+
+def _is_same_building(floor: Floor, cells: NDArray[np.int8], before: NDArray[np.int8] | None, previous: Floor) -> bool:
+    """Whether most walls are where they were, as far as the map has seen; or rooms fit to those before in any frame.
+
+    cells, before: free, occupied or unknown, in one frame; None if the frames differ.
+    """
+    if before is not None:
+        was_wall = (before == OCCUPIED) & (cells != UNKNOWN)
+        near = cv2.dilate((cells == OCCUPIED).astype(np.uint8), np.ones((3, 3), np.uint8)) > 0
+        if was_wall.any() and near[was_wall].mean() >= SAME_WALL_SHARE:
+            return True
+    try:
+        find_frame_motion(floor, previous)
+    except FloorError:
+        return False
+    return True
+
+
+def _predict_shapes(floor: Floor, grid: GridMap, before: MapState | None, window: BaseGeometry | None) -> Floor:
+    """The floor with predicted shapes of partial rooms; outside of the windows those of before stay."""
+    old = {room.id: room for room in before.floor} if before else {}
+
+    def keep(room: Room) -> Room | None:
+        same = old.get(room.id)
+        if same is None or same.predicted is None or window is None or not room.partial:
+            return None
+        is_far = not same.predicted.intersects(window) and same.polygon.equals(room.polygon)
+        return replace(room, predicted=same.predicted, confidence=same.confidence) if is_far else None
+
+    kept_rooms = {room.id: each for room in floor if (each := keep(room)) is not None}
+    # What was predicted before counts as a room
+    others = tuple(
+        replace(_strip(kept_rooms[room.id]), polygon=kept_rooms[room.id].predicted, partial=False)
+        if room.id in kept_rooms
+        else room
+        for room in floor
+    )
+    predicted = predict_partial_rooms(replace(floor, rooms=others), grid)
+    rooms = tuple(kept_rooms.get(room.id, new) for room, new in zip(floor, predicted, strict=True))
+    return round_floor(replace(floor, rooms=rooms))
+
+
+def _strip(room: Room) -> Room:
+    """The room without what is predicted of it."""
+    return replace(room, label=None, labels={}, label_probabilities={}, predicted=None, confidence=None)

@@ -1,0 +1,95 @@
+"""What a mapper knows, and the folder in which it is saved: the map, its floor, floors before it, and beliefs."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Annotated
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from pianta.errors import MapError
+from pianta.floor import Floor
+from pianta.gridmap import GridMap
+from pianta.io._checked import FileFormat, read_checked
+from pianta.io._faults import validation_as
+from pianta.io._folders import atomic_folder, finish_changes
+from pianta.io.floors import read_floor, save_floor
+from pianta.io.maps import read_map
+
+FORMAT = FileFormat("pianta mapper", 1)
+STATE_FILE, MAP_FILE, FLOOR_FILE = "mapper.json", "map.npz", "floor.geojson"
+EARLIER_FILES = ("earlier-1.geojson", "earlier-2.geojson", "earlier-3.geojson")  # the newest first
+MAX_FILE_BYTES = 1_000_000
+
+Probability = Annotated[float, Field(ge=0, le=1)]
+
+
+@dataclass(frozen=True, eq=False)
+class MapState:
+    """What a mapper knows.
+
+    grid: the last map. floor: its floor, with beliefs. earlier: floors before it, the newest first. types: the belief
+    over types. time: of the map, seconds, None if unknown. building_type: given by the user, None if unknown.
+    """
+
+    grid: GridMap
+    floor: Floor
+    earlier: tuple[Floor, ...] = ()
+    types: Mapping[str, float] = field(default_factory=dict)
+    time: float | None = None
+    building_type: str | None = None
+
+
+class _File(BaseModel):
+    model_config = ConfigDict(strict=True, frozen=True)
+
+    types: dict[str, Probability]
+    time: Annotated[float, Field(allow_inf_nan=False)] | None
+    building_type: str | None
+    earlier: Annotated[int, Field(ge=0, le=len(EARLIER_FILES))]
+
+
+def save_state(state: MapState, folder: Path) -> None:
+    """Write a state into a folder; all of its files change together, also if the process is killed.
+
+    Raises WriteError if the folder cannot be written.
+    """
+    content = {
+        **FORMAT.header,
+        "types": dict(state.types),
+        "time": state.time,
+        "building_type": state.building_type,
+        "earlier": len(state.earlier),
+    }
+    with atomic_folder(folder, optional=EARLIER_FILES) as temporary:
+        state.grid.save(temporary / MAP_FILE)
+        save_floor(state.floor, temporary / FLOOR_FILE)
+        for floor, name in zip(state.earlier, EARLIER_FILES, strict=False):
+            save_floor(floor, temporary / name)
+        (temporary / STATE_FILE).write_text(json.dumps(content, allow_nan=False) + "\n", encoding="utf-8")
+
+
+def read_state(folder: Path) -> MapState:
+    """The state in a folder.
+
+    Raises MapError or FloorError, in one line, if a file is missing or damaged.
+    """
+    finish_changes(folder)
+    content = read_checked(folder / STATE_FILE, "state", MapError, _parse, max_bytes=MAX_FILE_BYTES)
+    return MapState(
+        read_map(folder / MAP_FILE),
+        read_floor(folder / FLOOR_FILE),
+        tuple(read_floor(folder / name) for name in EARLIER_FILES[: content.earlier]),
+        content.types,
+        content.time,
+        content.building_type,
+    )
+
+
+@validation_as(MapError)
+def _parse(content: bytes) -> _File:
+    FORMAT.check_version(content, MapError)
+    return _File.model_validate_json(content)

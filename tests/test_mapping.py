@@ -1,0 +1,287 @@
+"""The mapper: a building that grows with the map of a robot."""
+
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from shapely import box
+
+import pianta
+from pianta import Door, Floor, GridMap, Mapper, Room
+from pianta.errors import MapError, MapWarning
+from pianta.mapping.beliefs import choose_announced, choose_type, measure_trust, update_belief
+from pianta.mapping.changed_parts import have_same_frame, list_windows, put_on_grid
+from pianta.mapping.events import Event, EventKind, list_events
+
+SHUT = 100
+
+
+@pytest.fixture(scope="module")
+def grid():
+    """A corridor with rooms on both sides, cells of 0.05 m."""
+    return pianta.make_world("corridor")[1]
+
+
+def reveal(grid, share):
+    """The map of a robot that has seen the columns up to a share."""
+    cells = grid.cells.copy()
+    cells[:, round(share * grid.shape[1]) :] = -1
+    return replace(grid, cells=cells)
+
+
+@pytest.fixture(scope="module")
+def run(grid):
+    """A mapper over a map that grows in twelve steps, and all of its updates."""
+    mapper = Mapper()
+    return mapper, [mapper.update(reveal(grid, share)) for share in np.linspace(0.3, 1, 12)]
+
+
+class TestBeliefs:
+    def test_the_first_reading_with_full_trust_is_the_belief(self):
+        belief = update_belief(None, {"a": 0.8, "b": 0.2}, {"a": 0.5, "b": 0.5}, 1.0)
+        assert belief == {"a": 0.8, "b": 0.2}
+
+    def test_a_reading_without_trust_is_the_prior(self):
+        belief = update_belief(None, {"a": 0.9, "b": 0.1}, {"a": 0.3, "b": 0.7}, 0.0)
+        assert belief == {"a": 0.3, "b": 0.7}
+
+    def test_a_belief_moves_half_of_the_way_in_log_odds(self):
+        # Odds of 4 and 1: their geometric mean is 2
+        belief = update_belief({"a": 0.8, "b": 0.2}, {"a": 0.5, "b": 0.5}, {"a": 0.5, "b": 0.5}, 1.0)
+        assert belief == pytest.approx({"a": 2 / 3, "b": 1 / 3}, abs=1e-4)
+
+    def test_a_belief_over_other_answers_is_left_out(self):
+        belief = update_belief({"c": 1.0}, {"a": 0.8, "b": 0.2}, {"a": 0.5, "b": 0.5}, 1.0)
+        assert belief == {"a": 0.8, "b": 0.2}
+
+    def test_what_is_announced_changes_only_once_another_answer_is_clearly_more_probable(self):
+        assert choose_announced({"a": 0.47, "b": 0.53}, "a") == "a"
+        assert choose_announced({"a": 0.44, "b": 0.56}, "a") == "b"
+        assert choose_announced({"a": 0.47, "b": 0.53}, None) == "b"
+
+    def test_a_type_that_was_announced_may_be_a_little_less_probable_than_a_new_one(self):
+        belief = {"office": 0.5, "school": 0.3, "other": 0.2}
+        assert choose_type(belief, None) is None
+        assert choose_type(belief, "office") == "office"
+        assert choose_type({"office": 0.6, "school": 0.3, "other": 0.1}, None) == "office"
+
+    def test_a_room_is_trusted_by_the_share_of_it_that_was_seen(self):
+        room = Room(1, box(0, 0, 1, 3), partial=True, predicted=box(0, 0, 4, 3))
+        assert measure_trust(room) == 0.25
+        assert measure_trust(Room(1, box(0, 0, 1, 3))) == 1.0
+
+
+class TestWindows:
+    def test_a_window_has_the_changed_cells_with_a_margin(self):
+        grid = GridMap(np.zeros((100, 200), np.int8), 0.1)
+        changed = np.zeros(grid.shape, bool)
+        changed[50:52, 60:70] = True
+        assert list_windows(grid, changed, Floor((), ())) == [(40, 50, 62, 80)]
+
+    def test_changes_far_apart_have_windows_of_their_own_and_near_ones_share_one(self):
+        grid = GridMap(np.zeros((100, 400), np.int8), 0.1)
+        changed = np.zeros(grid.shape, bool)
+        changed[50, [20, 60, 300]] = True
+        assert list_windows(grid, changed, Floor((), ())) == [(40, 10, 61, 71), (40, 290, 61, 311)]
+
+    def test_a_window_has_all_of_a_changed_room_unless_it_is_long(self):
+        grid = GridMap(np.zeros((100, 400), np.int8), 0.1)
+        changed = np.zeros(grid.shape, bool)
+        changed[50, 100] = True
+        # Rows count from the top, at y = 10 m
+        rooms = (Room(1, box(9, 4, 12, 6)), Room(2, box(0, 2, 40, 4.5)))
+        assert list_windows(grid, changed, Floor(rooms, ())) == [(30, 80, 70, 130)]
+
+    def test_frames_are_the_same_if_their_cells_coincide(self):
+        grid = GridMap(np.zeros((10, 10), np.int8), 0.1)
+        assert have_same_frame(grid, GridMap(np.zeros((20, 30), np.int8), 0.1, (-0.5, 0.3, 0.0)))
+        assert not have_same_frame(grid, replace(grid, origin=(0.05, 0.0, 0.0)))
+        assert not have_same_frame(grid, replace(grid, resolution=0.2))
+        assert not have_same_frame(grid, replace(grid, origin=(0.0, 0.0, 0.1)))
+
+    def test_a_smaller_map_is_put_where_it_lies_on_a_larger_one(self):
+        small = GridMap(np.array([[0, 100]], np.int8), 1.0, (1.0, 1.0, 0.0))
+        large = GridMap(np.full((3, 4), -1, np.int8), 1.0)
+        assert put_on_grid(small, large).tolist() == [[-1, -1, -1, -1], [-1, 0, 100, -1], [-1, -1, -1, -1]]
+        assert put_on_grid(large, small).tolist() == [[-1, -1]]
+
+
+class TestEvents:
+    ROOM = Room(1, box(0, 0, 4, 4), "OFFICE", partial=True)
+
+    def test_a_room_is_found_and_complete(self):
+        events = list_events(Floor((self.ROOM, Room(2, box(5, 0, 8, 4))), ()), Floor((self.ROOM,), ()))
+        assert events == [Event(EventKind.NEW_ROOM, (2,)), Event(EventKind.COMPLETE_ROOM, (2,))]
+
+    def test_a_label_and_a_type_change(self):
+        other = Floor((replace(self.ROOM, label="LAB"),), (), building_type={"school": 0.9})
+        events = list_events(other, Floor((self.ROOM,), (), building_type={"office": 0.6, "school": 0.4}))
+        assert [*map(str, events)] == ["type changed: office → school", "label changed 1: OFFICE → LAB"]
+
+    def test_rooms_are_joined_and_divided(self):
+        halves = Floor((Room(1, box(0, 0, 4, 4)), Room(2, box(4, 0, 7, 4))), ())
+        both = Floor((Room(1, box(0, 0, 7, 4)),), ())
+        assert list_events(both, halves) == [Event(EventKind.JOINED_ROOMS, (1, 2))]
+        events = list_events(halves, both)
+        assert events[0] == Event(EventKind.DIVIDED_ROOM, (1, 2))
+
+    def test_a_room_is_gone(self):
+        assert list_events(Floor((), ()), Floor((self.ROOM,), ())) == [Event(EventKind.LOST_ROOM, (1,))]
+
+
+class TestUpdates:
+    def test_the_last_floor_is_that_of_a_reading_of_the_last_map(self, grid, run):
+        mapper, _ = run
+        scores = pianta.score_floor(mapper.floor, pianta.reconstruct(grid))
+        assert (scores.rooms.f1, scores.doors.f1) == (1.0, 1.0)
+
+    def test_rooms_keep_their_ids(self, run):
+        _, updates = run
+        ids = [{room.id for room in update.floor} for update in updates]
+        assert all(before <= after for before, after in pairwise(ids))
+        assert ids[-1] == {*range(1, 20)}
+
+    def test_less_than_the_map_is_read_again(self, run):
+        _, updates = run
+        assert all(0 < update.read_share < 0.5 for update in updates[5:])
+
+    def test_every_room_is_found_once_and_complete_at_the_end(self, run):
+        mapper, updates = run
+        events = [event for update in updates for event in update.events]
+        new = [event.rooms[0] for event in events if event.kind is EventKind.NEW_ROOM]
+        assert sorted(new) == [*range(1, 20)]
+        assert {event.rooms[0] for event in events if event.kind is EventKind.COMPLETE_ROOM} >= {
+            room.id for room in mapper.floor if not room.partial
+        }
+
+    def test_labels_of_the_last_map_are_those_of_a_reading(self, grid, run):
+        mapper, _ = run
+        read = pianta.label_rooms(pianta.reconstruct(grid))
+        labels = {room.polygon.centroid.wkt: room.labels["R/C"] for room in read}
+        corridors = [room.polygon for room in read if room.labels["R/C"] == "CORRIDOR"]
+        assert labels
+        assert [room.labels["R/C"] for room in mapper.floor if corridors[0].intersects(room.polygon.centroid)] == [
+            "CORRIDOR"
+        ]
+
+    def test_the_same_map_again_changes_nothing(self, grid, run):
+        mapper, updates = run
+        update = mapper.update(grid)
+        assert (update.events, update.read_share) == ((), 0.0)
+        assert update.floor == updates[-1].floor
+
+    def test_a_map_that_is_older_is_left_out(self, grid):
+        mapper = Mapper()
+        mapper.update(reveal(grid, 0.6), time=5.0)
+        with pytest.warns(MapWarning, match=r"a map of 4 s came after one of 5 s and is left out; send maps in their"):
+            update = mapper.update(grid, time=4.0)
+        assert update.events == ()
+        assert mapper.update(grid, time=6.0).events
+
+    def test_a_map_without_rooms_leaves_the_mapper_as_it_was(self, grid, run):
+        mapper, _ = run
+        before = mapper.state
+        with pytest.raises(MapError, match="no free cell"):
+            mapper.update(replace(grid, cells=np.full((50, 50), 100, np.int8)))
+        assert mapper.state is before
+
+
+class TestPatches:
+    def test_a_patch_is_as_good_as_the_map(self, grid):
+        by_map, by_patch = Mapper(), Mapper()
+        for mapper in (by_map, by_patch):
+            mapper.update(reveal(grid, 0.5))
+        column = grid.shape[1] // 3
+        x, y = grid.pixel_to_map(grid.shape[0], column)
+        patch = GridMap(grid.cells[:, column:], grid.resolution, (float(x), float(y), 0.0))
+        assert by_patch.update_patch(patch).floor == by_map.update(grid).floor
+
+    def test_a_patch_outside_of_the_map_is_refused(self, grid):
+        mapper = Mapper()
+        with pytest.raises(MapError, match="a patch came before the first map"):
+            mapper.update_patch(grid)
+        mapper.update(grid)
+        with pytest.raises(
+            MapError, match=r"the patch, 2 × 3 cells from row -?\d+, column \d+, is not inside the map of"
+        ):
+            mapper.update_patch(GridMap(np.zeros((2, 3), np.int8), grid.resolution, (500.0, 0.0, 0.0)))
+
+
+class TestBadMaps:
+    def test_another_building_is_a_new_one_and_no_id_is_used_again(self, grid):
+        mapper = Mapper()
+        last = mapper.update(grid).floor.last_id
+        update = mapper.update(pianta.make_world("hall", seed=5)[1])
+        assert update.events[0] == Event(EventKind.NEW_BUILDING)
+        assert min(room.id for room in update.floor) == last + 1
+
+    def test_a_loop_closure_moves_rooms_and_ids_stay(self, grid):
+        mapper = Mapper()
+        before = mapper.update(grid).floor
+        # The right half moves up by half a metre
+        cells, half, step = grid.cells.copy(), grid.shape[1] // 2, round(0.5 / grid.resolution)
+        cells[:, half:] = np.roll(cells[:, half:], -step, axis=0)
+        after = mapper.update(replace(grid, cells=cells)).floor
+        kept = {room.id for room in after} & {room.id for room in before}
+        assert len(kept) >= len(before) - 2
+
+    def test_a_frame_that_moves_keeps_ids(self, grid):
+        mapper = Mapper()
+        before = mapper.update(grid).floor
+        moved = mapper.update(replace(grid, origin=(grid.origin[0] + 0.53, grid.origin[1] - 0.31, 0.0))).floor
+        assert [room.id for room in moved] == [room.id for room in before]
+
+    def test_a_map_that_shrinks_keeps_the_ids_of_what_is_left(self, grid):
+        mapper = Mapper()
+        before = {room.id: room.polygon.centroid for room in mapper.update(grid).floor}
+        after = mapper.update(reveal(grid, 0.7)).floor
+        whole = [room for room in after if not room.partial]
+        assert len(whole) > 5
+        assert all(room.polygon.intersects(before[room.id]) for room in whole)
+
+    def test_a_door_that_is_shut_and_opened_keeps_ids(self, grid):
+        mapper = Mapper()
+        floor = mapper.update(grid).floor
+        door: Door = next(door for door in floor.doors if door.kind == "door" and door.joins_rooms)
+        x, y = door.line.interpolate(0.5, normalized=True).coords[0]
+        row, col = (int(each) for each in grid.map_to_pixel(x, y))
+        reach = round(0.6 / grid.resolution)
+        cells = grid.cells.copy()
+        window = cells[row - reach : row + reach, col - reach : col + reach]
+        middle = slice(reach - 2, reach + 3)
+        (window[middle] if door.line.bounds[3] - door.line.bounds[1] < 0.3 else window[:, middle])[:] = SHUT
+        shut = mapper.update(replace(grid, cells=cells)).floor
+        opened = mapper.update(grid).floor
+        ids = {room.id for room in floor}
+        assert {room.id for room in shut} == ids
+        assert {room.id for room in opened} == ids
+        assert door.rooms not in [each.rooms for each in shut.doors]
+        assert door.rooms in [each.rooms for each in opened.doors]
+
+
+class TestSavedStates:
+    def test_a_loaded_mapper_goes_on_as_the_saved_one(self, grid, tmp_path):
+        mapper = Mapper()
+        for share in (0.5, 0.6, 0.7):
+            mapper.update(reveal(grid, share), time=share)
+        mapper.save(tmp_path / "state")
+        loaded = Mapper.load(tmp_path / "state")
+        assert loaded.floor == mapper.floor
+        one, other = mapper.update(grid), loaded.update(grid)
+        assert (one.floor, one.events, dict(one.types)) == (other.floor, other.events, dict(other.types))
+
+    def test_nothing_can_be_saved_before_the_first_map(self, tmp_path):
+        with pytest.raises(MapError, match="there was no map yet; call update first"):
+            Mapper().save(tmp_path / "state")
+        assert not (tmp_path / "state").exists()
+
+    @pytest.mark.parametrize("content", ["", "{}", '{"format": "pianta mapper", "version": "1.0", "types": {"a": 2}}'])
+    def test_a_damaged_state_is_one_line(self, grid, tmp_path, content):
+        mapper = Mapper(building_type="School")
+        mapper.update(reveal(grid, 0.4))
+        mapper.save(tmp_path)
+        (tmp_path / "mapper.json").write_text(content)
+        with pytest.raises(MapError) as caught:
+            Mapper.load(tmp_path)
+        assert "\n" not in str(caught.value)
