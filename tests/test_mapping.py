@@ -23,7 +23,7 @@ def grid():
     return pianta.make_world("corridor")[1]
 
 
-def reveal(grid, share):
+def reveal(grid: GridMap, share: float) -> GridMap:
     """The map of a robot that has seen the columns up to a share."""
     cells = grid.cells.copy()
     cells[:, round(share * grid.shape[1]) :] = -1
@@ -100,7 +100,7 @@ class TestWindows:
         assert not have_same_frame(grid, replace(grid, resolution=0.2))
         assert not have_same_frame(grid, replace(grid, origin=(0.0, 0.0, 0.1)))
 
-    def test_a_smaller_map_is_put_where_it_lies_on_a_larger_one(self):
+    def test_a_smaller_map_is_put_at_its_position_on_a_larger_one(self):
         small = GridMap(np.array([[0, 100]], np.int8), 1.0, (1.0, 1.0, 0.0))
         large = GridMap(np.full((3, 4), -1, np.int8), 1.0)
         assert put_on_grid(small, large).tolist() == [[-1, -1, -1, -1], [-1, 0, 100, -1], [-1, -1, -1, -1]]
@@ -223,8 +223,8 @@ class TestBadMaps:
         cells, half, step = grid.cells.copy(), grid.shape[1] // 2, round(0.5 / grid.resolution)
         cells[:, half:] = np.roll(cells[:, half:], -step, axis=0)
         after = mapper.update(replace(grid, cells=cells)).floor
-        kept = {room.id for room in after} & {room.id for room in before}
-        assert len(kept) >= len(before) - 2
+        common = {room.id for room in after} & {room.id for room in before}
+        assert len(common) >= len(before) - 2
 
     def test_a_frame_that_moves_keeps_ids(self, grid):
         mapper = Mapper()
@@ -236,9 +236,9 @@ class TestBadMaps:
         mapper = Mapper()
         before = {room.id: room.polygon.centroid for room in mapper.update(grid).floor}
         after = mapper.update(reveal(grid, 0.7)).floor
-        whole = [room for room in after if not room.partial]
-        assert len(whole) > 5
-        assert all(room.polygon.intersects(before[room.id]) for room in whole)
+        complete = [room for room in after if not room.partial]
+        assert len(complete) > 5
+        assert all(room.polygon.intersects(before[room.id]) for room in complete)
 
     def test_a_door_that_is_shut_and_opened_keeps_ids(self, grid):
         mapper = Mapper()

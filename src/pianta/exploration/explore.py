@@ -16,9 +16,9 @@ from pianta.errors import MapWarning, OptionError
 from pianta.exploration.frontiers import MIN_LENGTH, Frontier, count_border, find_frontiers
 from pianta.exploration.lidar import Lidar, Pose, scan
 from pianta.exploration.occupancy import OccupancyGrid
+from pianta.exploration.perceptions import PERFECT, Perception, make_perception
 from pianta.exploration.policies import make_policy
 from pianta.exploration.policy_input import Policy, PolicyInput
-from pianta.exploration.recognised_rooms import recognise_rooms
 from pianta.exploration.record import Exploration, Record
 from pianta.exploration.robots import DRIVES, Robot
 from pianta.exploration.routes import find_route, measure_distances, straighten_route
@@ -27,6 +27,7 @@ from pianta.exploration.world import World, as_world, clear_cells, explorable_ce
 from pianta.floor import Floor
 from pianta.gridmap import FREE, OCCUPIED, GridMap
 from pianta.labels import standard_name
+from pianta.mapping.mapper import Mapper
 
 # All values were chosen by hand.
 # A target is dropped when no cell of its frontier this near to it borders on the unknown any more; m.
@@ -64,6 +65,7 @@ def explore(
     step: float = 0.5,
     stop: float | str = "all",
     find: str | None = None,
+    perception: str | Mapper = PERFECT,
     max_distance: float | None = None,
     min_length: float = MIN_LENGTH,
     seed: int = 0,
@@ -96,6 +98,9 @@ def explore(
         The observed share of the reachable area at which the run ends, 0 … 1; "all" until no frontier is left.
     find
         A label; the run ends when a room with it is recognised: a robot is inside, or a fifth of it is observed.
+    perception
+        What the policy learns of rooms: "perfect" for the true ones, as in the thesis; "map" for what is read from the
+        map every few metres; or a Mapper, which reads it so, and may know the building's type.
     max_distance
         Of all robots together, metres; None to derive it from the area, so that every run ends.
     min_length
@@ -156,7 +161,17 @@ def explore(
         max_distance=longest if max_distance is None else max_distance,
         min_length=min_length,
     )
-    run = _Run(world, policy, settings, points=points, area=area, wanted=wanted, seed=seed, track=track)
+    run = _Run(
+        world,
+        policy,
+        settings,
+        make_perception(perception, world),
+        points=points,
+        area=area,
+        wanted=wanted,
+        seed=seed,
+        track=track,
+    )
     return run.explore()
 
 
@@ -168,6 +183,7 @@ class _Run:
         world: World,
         policy: Policy,
         settings: Settings,
+        perception: Perception,
         *,
         points: Sequence[Point],
         area: Mask,
@@ -176,6 +192,7 @@ class _Run:
         track: Callable[[float], None] | None,
     ) -> None:
         self.world, self.policy, self.settings, self.wanted = world, policy, settings, wanted
+        self.perception = perception
         self.robots = [Robot(Pose(*point), settings.drive) for point in points]
         self.map = OccupancyGrid(world)
         self.given_up = np.zeros(world.blocked.shape, bool)
@@ -305,7 +322,8 @@ class _Run:
         """The input of the policy."""
         rows, cols = np.array([frontier.target for frontier in frontiers]).T
         x, y = self.world.grid.pixel_to_map(rows + 0.5, cols + 0.5)
-        in_rooms = [np.bincount(self.world.room_of_cell[tuple(frontier.cells.T)]) for frontier in frontiers]
+        percept = self.perception.perceive(self.map.to_grid_map(), self.record)
+        in_rooms = [np.bincount(percept.room_of_cell[tuple(frontier.cells.T)]) for frontier in frontiers]
         cells = self.map.cells.view()
         cells.setflags(write=False)
         return PolicyInput(
@@ -319,9 +337,7 @@ class _Run:
             points=np.column_stack([x, y]),
             rooms=tuple(int(counts.argmax()) for counts in in_rooms),
             reach=self.settings.lidar.reach,
-            recognised=recognise_rooms(
-                self.world, cells, counts=self.record.room_counts, entered=self.record.entered_at.keys()
-            ),
+            recognised=percept.recognised,
             travelled=self.record.distance,
             decision=self.decisions,
         )

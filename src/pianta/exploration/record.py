@@ -118,6 +118,10 @@ class Record:
         """Travelled by all robots together, metres."""
         return sum(robot.travelled for robot in self.robots)
 
+    def list_positions(self) -> Floats:
+        """x, y of all robots at all of their scans, metres of the map frame, shape (N, 2)."""
+        return np.array([pose[:2] for track in self._tracks for pose in track], float).reshape(-1, 2)
+
     def add_scan(self, number: int, cells: NDArray[np.int8]) -> None:
         """Record a scan of the robot with this index; cells: the map with the scan."""
         robot = self.robots[number]
