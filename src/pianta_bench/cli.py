@@ -22,7 +22,7 @@ BENCHES = (
         "generation",
         "drawing",
     ),
-    *("prediction", "realism", "partial", "exploration", "plans", "robustness", "calibration", "evacuation"),
+    *("prediction", "realism", "partial", "exploration", "online", "plans", "robustness", "calibration", "evacuation"),
     *("patterns", "noise"),
 )
 

@@ -16,13 +16,13 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from pianta.building_types.classify import predict_map_type
-from pianta.building_types.map_types import MIN_TYPE_PROBABILITY, OTHER
+from pianta.building_types.map_type_file import read_default_map_type_model
+from pianta.building_types.map_types import MIN_TYPE_PROBABILITY, OTHER, MapTypeModel
 from pianta.floor import Floor, Room
 from pianta.labels import LabelSet
 from pianta.rooms.features import RoomContext, describe_rooms
-from pianta.rooms.label import label_rooms
 from pianta.rooms.model import RoomModel
+from pianta.rooms.model_file import read_default_room_model
 
 # All chosen by hand.
 GAIN = 0.5
@@ -61,9 +61,14 @@ def choose_announced(belief: Distribution, announced: str | None) -> str:
     return announced if announced is not None and belief.get(announced, 0.0) + MARGIN > belief[best] else best
 
 
-def update_type(before: Distribution | None, floor: Floor, context: RoomContext | None = None) -> Distribution:
-    """The belief over types, with OTHER for none of them, after a reading; few complete rooms have little weight."""
-    prediction = predict_map_type(floor, context=context)
+def update_type(
+    before: Distribution | None, floor: Floor, model: MapTypeModel | None = None, context: RoomContext | None = None
+) -> Distribution:
+    """The belief over types, with OTHER for none of them, after a reading; few complete rooms have little weight.
+
+    model: None for the one that comes with pianta. context: of the rooms, by `describe_rooms`; None to compute it.
+    """
+    prediction = (model or read_default_map_type_model()).predict(floor, context=context)
     reading = {**prediction.probabilities, OTHER: prediction.neither}
     complete = sum(not room.partial for room in floor)
     uniform = dict.fromkeys(reading, 1 / len(reading))
@@ -85,7 +90,8 @@ def update_labels(floor: Floor, previous: Floor, model: RoomModel | None, contex
     the share of its predicted shape that was seen. Labels finer than R/C are announced once a type is.
     """
     context = context or describe_rooms(floor)
-    read = label_rooms(replace(floor, rooms=tuple(_strip_labels(room) for room in floor)), model)
+    bare = replace(floor, rooms=tuple(map(_strip_labels, floor)))
+    read = (model or read_default_room_model()).label(bare, context=context)
     before = {room.id: room for room in previous}
     priors = _average([room.label_probabilities for room in read])
     rooms = tuple(

@@ -10,7 +10,6 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 from shapely import Polygon
-from shapely.geometry.base import BaseGeometry
 
 from pianta._types import Mask
 from pianta.errors import MapError
@@ -137,8 +136,3 @@ def _join_boxes(boxes: Sequence[Box], shape: tuple[int, int]) -> list[Box]:
 
 def _overlap(box: Box, other: Box) -> bool:
     return box[0] < other[2] and other[0] < box[2] and box[1] < other[3] and other[1] < box[3]
-
-
-def make_window_shape(grid: GridMap, windows: Sequence[Box]) -> BaseGeometry:
-    """Windows in the map frame."""
-    return shapely.union_all([make_rectangle(grid, window) for window in windows])

@@ -12,10 +12,12 @@ import cv2
 import numpy as np
 import shapely
 from numpy.typing import NDArray
-from shapely.geometry.base import BaseGeometry
+from shapely import Polygon
 
 from pianta._arguments import check_argument
+from pianta._types import Floats, Mask
 from pianta.building import Building, Storey
+from pianta.building_types.map_types import MapTypeModel
 from pianta.errors import FloorError, MapError, MapWarning
 from pianta.floor import Floor, Room, round_floor
 from pianta.gridmap import OCCUPIED, UNKNOWN, GridMap
@@ -29,7 +31,6 @@ from pianta.mapping.changed_parts import (
     classify_cells,
     have_same_frame,
     list_windows,
-    make_window_shape,
     put_on_grid,
     read_windows,
 )
@@ -39,6 +40,7 @@ from pianta.rooms.features import describe_rooms
 from pianta.rooms.model import RoomModel
 
 # All chosen by hand.
+SHAPE_MARGIN = 0.3  # m around a predicted shape, in which nothing has changed if it stays
 MAX_READ_SHARE = 0.5  # of the seen cells in windows: from here on the whole map is read
 SAME_WALL_SHARE = 0.5  # of the wall cells are near one still, on a map of the same building in the same frame
 
@@ -73,11 +75,14 @@ class MapUpdate:
 
 @dataclass(frozen=True)
 class _NewReading:
-    """The floor of a map, with the ids of before. share: of the seen cells, that was read. window: where; None: all."""
+    """The floor of a map, with the ids of before. share: of the seen cells, that was read.
+
+    changed: x, y of the changed cells, shape (N, 2); None for all.
+    """
 
     floor: Floor
     share: float = 1.0
-    window: BaseGeometry | None = None
+    changed: Floats | None = None
     is_same_building: bool = True
 
 
@@ -92,6 +97,8 @@ class Mapper:
         The type of the building, such as "school"; None if unknown. Rooms get the labels of this type.
     room_model
         Model of `train_rooms` or `load_model`; None for the one that comes with pianta.
+    type_model
+        Model of the types of maps; None for the one that comes with pianta.
     predict_partial
         Whether to predict the whole shape of rooms that were seen in part.
 
@@ -121,11 +128,12 @@ class Mapper:
         *,
         building_type: str | None = None,
         room_model: RoomModel | None = None,
+        type_model: MapTypeModel | None = None,
         predict_partial: bool = True,
     ) -> None:
         check_argument(room_model, (RoomModel, type(None)), "room_model", "a model of train_rooms or load_model")
         self.building_type = None if building_type is None else standard_building_type(building_type)
-        self.room_model, self.predict_partial = room_model, predict_partial
+        self.room_model, self.type_model, self.predict_partial = room_model, type_model, predict_partial
         self.state: MapState | None = None
 
     def update(self, grid: GridMap, *, time: float | None = None) -> MapUpdate:
@@ -168,7 +176,7 @@ class Mapper:
         # The whole shape of rooms that were seen in part (section 8.2)
         floor, types = reading.floor, {} if before is None else before.types
         if self.predict_partial:
-            floor = _predict_shapes(floor, grid, before, reading.window)
+            floor = _predict_shapes(floor, grid, before, reading.changed)
         # What kind of building it is (chapter 6), and what each room is for (chapters 4 and 5): beliefs over readings
         if reading.share:
             floor, types = self._believe(floor, before)
@@ -241,14 +249,21 @@ class Mapper:
         save_state(self.state, Path(folder))
 
     @classmethod
-    def load(cls, folder: str | Path, *, room_model: RoomModel | None = None, predict_partial: bool = True) -> Mapper:
+    def load(
+        cls,
+        folder: str | Path,
+        *,
+        room_model: RoomModel | None = None,
+        type_model: MapTypeModel | None = None,
+        predict_partial: bool = True,
+    ) -> Mapper:
         """Go on from a folder of `save`.
 
         Parameters
         ----------
         folder
             That of `save`.
-        room_model, predict_partial
+        room_model, type_model, predict_partial
             As of `Mapper`.
 
         Returns
@@ -262,7 +277,12 @@ class Mapper:
             A file of the folder is missing or damaged.
         """
         state = read_state(Path(folder))
-        mapper = cls(building_type=state.building_type, room_model=room_model, predict_partial=predict_partial)
+        mapper = cls(
+            building_type=state.building_type,
+            room_model=room_model,
+            type_model=type_model,
+            predict_partial=predict_partial,
+        )
         mapper.state = state
         return mapper
 
@@ -279,14 +299,15 @@ class Mapper:
         cells, before = classify_cells(grid), None
         if have_same_frame(grid, state.grid):
             before = put_on_grid(state.grid, grid)
-            windows = list_windows(grid, cells != before, state.floor)
+            is_changed = cells != before
+            windows = list_windows(grid, is_changed, state.floor)
             if not windows:
-                return _NewReading(state.floor, 0.0, shapely.Point())
+                return _NewReading(state.floor, 0.0, np.zeros((0, 2)))
             share = _measure_share(cells, windows)
             if share <= MAX_READ_SHARE:
                 bare = replace(state.floor, rooms=tuple(map(_strip, state.floor)))
                 floor = keep_room_ids(read_windows(grid, windows, bare, read), state.floor, earlier=state.earlier)
-                return _NewReading(round_floor(floor), share, make_window_shape(grid, windows))
+                return _NewReading(round_floor(floor), share, _list_points(grid, is_changed))
         floor = read(grid)
         if _is_same_building(floor, cells, before, state.floor):
             return _NewReading(round_floor(keep_room_ids(floor, state.floor, earlier=state.earlier)))
@@ -298,7 +319,7 @@ class Mapper:
     def _believe(self, floor: Floor, before: MapState | None) -> tuple[Floor, Mapping[str, float]]:
         """The floor with beliefs, and the belief over types."""
         context = describe_rooms(floor)
-        types = update_type(before.types if before else None, floor, context)
+        types = update_type(before.types if before else None, floor, self.type_model, context)
         announced = next(iter(before.floor.building_type), None) if before else None
         name = choose_type(types, announced)
         probabilities = {} if name is None else {name: types[name]}
@@ -308,6 +329,12 @@ class Mapper:
 
 def _describe(state: MapState, events: Sequence[Event], read_share: float) -> MapUpdate:
     return MapUpdate(Building((Storey(state.floor, grid=state.grid),)), tuple(events), state.types, read_share)
+
+
+def _list_points(grid: GridMap, cells: Mask) -> Floats:
+    """x, y of the middles of cells, shape (N, 2)."""
+    rows, cols = np.nonzero(cells)
+    return np.column_stack(grid.pixel_to_map(rows + 0.5, cols + 0.5))
 
 
 def _measure_share(cells: NDArray[np.int8], windows: list[tuple[int, int, int, int]]) -> float:
@@ -334,28 +361,31 @@ def _is_same_building(floor: Floor, cells: NDArray[np.int8], before: NDArray[np.
     return True
 
 
-def _predict_shapes(floor: Floor, grid: GridMap, before: MapState | None, window: BaseGeometry | None) -> Floor:
-    """The floor with predicted shapes of partial rooms; outside of the windows those of before stay."""
-    old = {room.id: room for room in before.floor} if before else {}
+def _predict_shapes(floor: Floor, grid: GridMap, before: MapState | None, changed: Floats | None) -> Floor:
+    """The floor with predicted shapes of partial rooms; where nothing has changed, those before stay.
 
-    def keep(room: Room) -> Room | None:
-        same = old.get(room.id)
-        if same is None or same.predicted is None or window is None or not room.partial:
-            return None
-        is_far = not same.predicted.intersects(window) and same.polygon.equals(room.polygon)
-        return replace(room, predicted=same.predicted, confidence=same.confidence) if is_far else None
-
-    kept_rooms = {room.id: each for room in floor if (each := keep(room)) is not None}
+    changed: x, y of the changed cells, shape (N, 2); None for all.
+    """
+    old = {room.id: room for room in before.floor} if before and changed is not None else {}
+    same = {room.id: each for room in floor if (each := _keep_shape(room, old.get(room.id), changed)) is not None}
     # What was predicted before counts as a room
-    others = tuple(
-        replace(_strip(kept_rooms[room.id]), polygon=kept_rooms[room.id].predicted, partial=False)
-        if room.id in kept_rooms
-        else room
-        for room in floor
-    )
-    predicted = predict_partial_rooms(replace(floor, rooms=others), grid)
-    rooms = tuple(kept_rooms.get(room.id, new) for room, new in zip(floor, predicted, strict=True))
-    return round_floor(replace(floor, rooms=rooms))
+    rooms = [replace(_strip(same[room.id]), partial=False) if room.id in same else room for room in floor]
+    rooms = [replace(room, polygon=same[room.id].predicted) if room.id in same else room for room in rooms]
+    predicted = predict_partial_rooms(replace(floor, rooms=tuple(rooms)), grid)
+    rooms = [same.get(room.id, new) for room, new in zip(floor, predicted, strict=True)]
+    return round_floor(replace(floor, rooms=tuple(rooms)))
+
+
+def _keep_shape(room: Room, before: Room | None, changed: Floats | None) -> Room | None:
+    """A partial room with the shape that was predicted before; None if something near it has changed."""
+    if not room.partial or before is None or before.predicted is None or changed is None:
+        return None
+    near = before.predicted.buffer(SHAPE_MARGIN)
+    if not near.contains(room.polygon) or shapely.contains_xy(near, changed).any():
+        return None
+    shape = before.predicted.union(room.polygon)
+    is_one = isinstance(shape, Polygon)
+    return replace(room, predicted=shape, confidence=before.confidence) if is_one else None
 
 
 def _strip(room: Room) -> Room:

@@ -1,0 +1,279 @@
+"""Semantic mapping on-line, in drawn buildings: what is right over the way, what it costs, and how far robots drive."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
+from math import isfinite
+from pathlib import Path
+from time import process_time
+from typing import TypeAlias
+
+import networkx as nx
+import numpy as np
+
+from pianta.building_types.map_type_file import read_default_map_type_model
+from pianta.errors import DataError, MapError, OptionError
+from pianta.evaluation.floor_scores import score_floor
+from pianta.exploration.explore import explore
+from pianta.exploration.perceptions import PERFECT, UPDATE_DISTANCE
+from pianta.exploration.policies import PREDICTED, make_policy
+from pianta.exploration.record import Exploration
+from pianta.exploration.world import World, build_world
+from pianta.floor import Floor, Room
+from pianta.generation.type_model import MIN_FLOORS, learn_type, prepare_room_graph
+from pianta.gridmap import UNKNOWN, GridMap
+from pianta.labels import SCHEMAS
+from pianta.mapping.events import EventKind
+from pianta.mapping.mapper import Mapper, MapUpdate
+from pianta.prediction.unexplored_part import FloorSampler
+from pianta.rooms.completion import map_labels_upwards
+from pianta.rooms.training import train_rooms
+from pianta_bench.data.annotated_floors import AnnotatedFloor, read_annotated_buildings
+from pianta_bench.data.folders import find_data
+from pianta_bench.harness.parallel import run_steps
+from pianta_bench.harness.records import Figures, Results, Track
+from pianta_bench.online import MOST_ROOMS
+
+STAGES = (0.25, 0.5, 0.75, 1.0)  # of the area that the robot observes, at which figures are taken
+SHARE_DRIVEN = 0.9  # of the area, to which metres are compared
+FES = "F/C/E/S"
+MIN_SEEN = 0.5  # of a true room, for it to count
+SAME_ROOM = 0.5  # IoU
+TOLERANCE = 1e-9  # of shares, which are sums of cells
+ROOMS, DOORS, LABELS, TYPE = "rooms F1", "doors F1", "labels right", "type right"
+READ_ROOMS, READ_LABELS, READ_TYPE = (f"{name}, one reading" for name in (ROOMS, LABELS, TYPE))
+COST, LARGEST, READING, RATIO = "update, s", "longest update, s", "reading, s", "update over reading"
+CHANGED_IDS, TYPE_AT = "ids lost", "share when the type is right"
+METRES_MAP, METRES_PERFECT, LONGER = "metres to 90 %", "metres to 90 %, perfect", "metres over perfect"
+LABEL_BELIEF, TYPE_BELIEF = "belief in labels", "belief in types"
+
+Belief: TypeAlias = tuple[str, float, bool]  # metric, probability of the likeliest answer, whether that is right
+
+
+@dataclass(frozen=True, eq=False)
+class _Building:
+    """A building to explore. others: floors of other buildings; graphs: theirs, with labels of the type."""
+
+    annotated: AnnotatedFloor
+    others: tuple[Floor, ...]
+    graphs: tuple[nx.Graph, ...]
+    building_type: str
+    seed: int
+
+
+def measure(
+    data: Path | None = None,
+    *,
+    type: str = "school",  # noqa: A002 - the option --type
+    items: Sequence[str] | None = None,
+    most_rooms: int = MOST_ROOMS,
+    jobs: int = 1,
+    seed: int = 0,
+    track: Track = iter,
+) -> Results:
+    """Explore data/buildings/TYPE/*.xml with perfect perception, and with that of the map.
+
+    items: names of buildings, None for all. most_rooms: larger ones are left out. jobs: processes.
+    Models of rooms and types, and what the policy predicts, are learned without the building.
+    Raises DataError for too few buildings, and OptionError for an unknown type or name.
+    """
+    if type not in SCHEMAS:
+        raise OptionError(f"type is {type!r}, give one of {', '.join(SCHEMAS)}")
+    results = Results({"type": type, "most_rooms": most_rooms, "seed": seed})
+    floors, failed = read_annotated_buildings(find_data(data), type, lambda floor: floor)
+    results.items += [replace(each, part=type) for each in failed]
+    if len(floors) <= MIN_FLOORS:
+        raise DataError(f"{len(floors)} floors are too few to learn from, give {MIN_FLOORS + 1}")
+    if unknown := {*(items or ())} - {floor.item for floor in floors}:
+        raise OptionError(f"no building is called {', '.join(sorted(unknown))}")
+    graphs = {floor.item: prepare_room_graph(floor.floor.graph(), SCHEMAS[type]) for floor in floors}
+    steps = {}
+    for floor in floors:
+        if (items and floor.item not in items) or (not items and len(floor.floor) > most_rooms):
+            continue
+        others = [other for other in floors if other.building != floor.building]
+        building = _Building(
+            floor, tuple(other.floor for other in others), tuple(graphs[each.item] for each in others), type, seed
+        )
+        steps[floor.item] = partial(_measure_building, building)
+    for measured in run_steps(steps, jobs=jobs, track=track):
+        results.extend(measured)
+    return results
+
+
+def _measure_building(building: _Building) -> Results:
+    results = Results()
+    name, part = building.annotated.item, building.building_type
+    beliefs: list[Belief] = []
+    results.measure(part, name, lambda: _explore_twice(building, beliefs))
+    for metric, probability, is_right in beliefs:
+        results.add(part, name, {metric: float(is_right)}, probability=probability)
+    return results
+
+
+def _explore_twice(building: _Building, beliefs: list[Belief]) -> Iterator[Figures]:
+    truth = replace(building.annotated.floor, source=building.annotated.item)
+    world = build_world(truth)
+    sampler = FloorSampler(learn_type(building.graphs, SCHEMAS[building.building_type]))
+    room_model = train_rooms(building.others)
+    type_model = read_default_map_type_model().leave_out(building.annotated.building)
+    make_mapper = partial(Mapper, room_model=room_model, type_model=type_model)
+    # The robot that drives knows the type, as the policy needs labels of it
+    driving = make_mapper(building_type=building.building_type)
+    perfect, by_map = (
+        explore(world, make_policy(PREDICTED, sampler=sampler), perception=perception, seed=building.seed)
+        for perception in (PERFECT, driving)
+    )
+    metres = [run.distance_to(SHARE_DRIVEN) for run in (by_map, perfect)]
+    if all(map(isfinite, metres)):
+        yield dict(zip((METRES_MAP, METRES_PERFECT), metres, strict=True)) | {LONGER: metres[0] / metres[1]}
+    # The robot that is asked does not
+    yield from _follow(make_mapper(), by_map, _Compared(by_map, world, truth), beliefs)
+
+
+def _follow(mapper: Mapper, run: Exploration, compared: _Compared, beliefs: list[Belief]) -> Iterator[Figures]:
+    """Figures of a mapper that gets the maps of a run, at the shares of STAGES and at the end."""
+    history: list[_Seen] = []
+    stages, readings, final = [*STAGES], [], None
+    lost, seconds = 0, []
+    for scan in _choose_scans(run):
+        grid = _make_map(run, scan)
+        start = process_time()
+        try:
+            update = mapper.update(grid)
+        except MapError:
+            continue  # the robot has hardly started
+        seconds.append(process_time() - start)
+        lost += sum(event.kind is EventKind.LOST_ROOM for event in update.events)
+        seen = compared.compare(update, scan)
+        history.append(seen)
+        beliefs += seen.beliefs
+        while stages and seen.share >= stages[0] - TOLERANCE:
+            yield _describe_stage(seen, stages.pop(0))
+            start = process_time()
+            reading = Mapper(room_model=mapper.room_model, type_model=mapper.type_model).update(grid)
+            readings.append(process_time() - start)
+            final = compared.compare(reading, scan)
+    if final is None:
+        return
+    yield {READ_ROOMS: final.rooms, READ_LABELS: final.labels, READ_TYPE: final.is_type_right}
+    yield {
+        COST: float(np.mean(seconds)),
+        LARGEST: max(seconds),
+        READING: float(np.mean(readings)),
+        RATIO: float(np.mean(seconds) / np.mean(readings)),
+        CHANGED_IDS: lost / len(mapper.floor),
+        TYPE_AT: _find_type_share(history) if final.is_type_right else None,
+    }
+
+
+@dataclass(frozen=True)
+class _Seen:
+    """What is right at a scan. share: of the area that the run observes; beliefs: with whether they are right."""
+
+    share: float
+    rooms: float
+    doors: float
+    labels: float | None
+    is_type_right: bool
+    beliefs: list[Belief]
+
+
+def _choose_scans(run: Exploration) -> list[int]:
+    """Scans every few metres, and the last one."""
+    chosen = [0]
+    for scan, metres in enumerate(run.distance.tolist()):
+        if metres - run.distance[chosen[-1]] >= UPDATE_DISTANCE:
+            chosen.append(scan)
+    last = len(run.distance) - 1
+    return chosen if chosen[-1] == last else [*chosen, last]
+
+
+def _make_map(run: Exploration, scan: int) -> GridMap:
+    """The map that the robot had at a scan."""
+    cells = np.where((run.scan_of_cell >= 0) & (run.scan_of_cell <= scan), run.map.cells, UNKNOWN)
+    return GridMap(cells, run.map.resolution, run.map.origin)
+
+
+@dataclass(frozen=True, eq=False)
+class _Compared:
+    """The true building of a run."""
+
+    run: Exploration
+    world: World
+    truth: Floor
+
+    @cached_property
+    def labels(self) -> Mapping[int, str]:
+        """The label in F/C/E/S of each room."""
+        floor = map_labels_upwards(self.truth, SCHEMAS[self.truth.building_types[0]])
+        return {room.id: room.labels[FES] for room in floor}
+
+    def compare(self, update: MapUpdate, scan: int) -> _Seen:
+        """Compare with the true rooms of which at least half was observed at a scan."""
+        run, world, truth = self.run, self.world, self.truth
+        is_observed = (run.scan_of_cell >= 0) & (run.scan_of_cell <= scan) & world.free
+        counts = np.bincount(world.room_of_cell[is_observed], minlength=len(world.room_cells))
+        rooms = tuple(room for room in truth if counts[room.id] >= MIN_SEEN * max(world.room_cells[room.id], 1))
+        ids = {room.id for room in rooms}
+        doors = tuple(door for door in truth.doors if {*door.room_ids} <= ids and door.joins_rooms)
+        scores = score_floor(update.floor, replace(truth, rooms=rooms, doors=doors, walls=()))
+        name = truth.building_types[0]
+        likeliest = max(update.types, key=update.types.__getitem__)
+        beliefs = [(TYPE_BELIEF, update.types[likeliest], likeliest == name), *self._rate_labels(update, rooms)]
+        right = [is_right for metric, _, is_right in beliefs if metric == LABEL_BELIEF]
+        return _Seen(
+            float(run.share[scan] / run.share[-1]),
+            scores.rooms.f1,
+            scores.doors.f1,
+            float(np.mean(right)) if right else None,
+            next(iter(update.floor.building_type), None) == name,
+            beliefs,
+        )
+
+    def _rate_labels(self, update: MapUpdate, rooms: Sequence[Room]) -> Iterator[Belief]:
+        """The probability of the likeliest label of each room that is a true one, and whether it is right."""
+        for room in update.floor:
+            true = _find_room(room, rooms)
+            if true is not None:
+                belief = room.label_probabilities[FES]
+                best = max(belief, key=belief.__getitem__)
+                yield LABEL_BELIEF, belief[best], best == self.labels[true.id]
+
+
+def _find_room(room: Room, rooms: Sequence[Room]) -> Room | None:
+    """The true room that a room of the map is."""
+    for true in rooms:
+        shared = room.polygon.intersection(true.polygon).area
+        if shared > SAME_ROOM * (room.polygon.area + true.polygon.area - shared):
+            return true
+    return None
+
+
+def _describe_stage(seen: _Seen, stage: float) -> Figures:
+    return {
+        name_stage(metric, stage): value
+        for metric, value in (
+            (ROOMS, seen.rooms),
+            (DOORS, seen.doors),
+            (LABELS, seen.labels),
+            (TYPE, seen.is_type_right),
+        )
+    }
+
+
+def name_stage(metric: str, stage: float) -> str:
+    """The name of a metric at a share of the area."""
+    return f"{metric} at {stage:.0%}"
+
+
+def _find_type_share(history: Sequence[_Seen]) -> float | None:
+    """The share of the area from which on the type is right to the end; None if it is wrong at the end."""
+    first = None
+    for seen in reversed(history):
+        if not seen.is_type_right:
+            break
+        first = seen.share
+    return first

@@ -1,0 +1,115 @@
+"""Semantic mapping on-line: over the way, against one reading of the last map, what updates cost, and calibration."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from pianta_bench.harness.records import Record, Results
+from pianta_bench.harness.tables import Cell, FilledTable, Table
+from pianta_bench.online.measure import (
+    CHANGED_IDS,
+    COST,
+    DOORS,
+    LABEL_BELIEF,
+    LABELS,
+    LARGEST,
+    LONGER,
+    METRES_MAP,
+    METRES_PERFECT,
+    RATIO,
+    READ_LABELS,
+    READ_ROOMS,
+    READ_TYPE,
+    READING,
+    ROOMS,
+    STAGES,
+    TYPE,
+    TYPE_AT,
+    TYPE_BELIEF,
+    name_stage,
+)
+
+BINS = 10  # of equal width, for calibration
+WAY = Table(
+    title="{type}s while a robot maps them",
+    rows=("metric",),
+    columns=("stage",),
+    factor=100,
+    unit="%",
+    notes=(
+        "By the share of the area that the robot has seen. Rooms: IoU above 0.5 with",
+        "true ones of which half was seen. Labels F/C/E/S of these. Type: announced.",
+    ),
+)
+SHARES = (ROOMS, READ_ROOMS, LABELS, READ_LABELS, TYPE, READ_TYPE, TYPE_AT, CHANGED_IDS)
+END = Table(
+    title="At the end of the way, and what updates cost",
+    labels={
+        **{name: f"{name}, %" for name in SHARES},
+        **{name: name for name in (METRES_MAP, METRES_PERFECT, LONGER, COST, LARGEST, READING, RATIO)},
+    },
+    digits=dict.fromkeys((COST, LARGEST, READING, RATIO, LONGER), 2) | {METRES_MAP: 0, METRES_PERFECT: 0},
+    notes=(
+        "One reading: of the last map as a whole. Ids lost: rooms that are gone and",
+        "were neither joined nor divided. Update over reading: mean seconds of an",
+        "update over those of a whole reading of the map, at four shares of the area.",
+    ),
+)
+CALIBRATION = Table(
+    title="Calibration over the way",
+    rows=("metric",),
+    columns=("figure",),
+    summarise=Cell.only,
+    factor=100,
+    unit="%",
+    notes=("Error: mean difference of probability and share that is right, over ten bins.",),
+)
+
+
+def tabulate(results: Results) -> list[FilledTable]:
+    """Figures over the way, at the end, and of calibration."""
+    return [
+        WAY.fill(_list_stages(results), type=results.options["type"]),
+        END.fill(_list_end(results)),
+        CALIBRATION.fill(_calibrate(results)),
+    ]
+
+
+def _list_stages(results: Results) -> Iterator[Record]:
+    for metric in (ROOMS, DOORS, LABELS, TYPE):
+        for stage in STAGES:
+            for record in results.select(metric=name_stage(metric, stage)):
+                yield {**record, "metric": metric, "stage": f"{stage:.0%}"}
+
+
+def _list_end(results: Results) -> Iterator[Record]:
+    last = {name_stage(metric, STAGES[-1]): metric for metric in (ROOMS, LABELS, TYPE)}
+    for record in results.records:
+        metric, value = last.get(record["metric"], record["metric"]), record["value"]
+        if metric in END.labels:
+            yield {
+                **record,
+                "metric": metric,
+                "value": 100 * value if metric in SHARES and value is not None else value,
+            }
+
+
+def _calibrate(results: Results) -> Iterator[Record]:
+    """The expected calibration error of the likeliest answers, with equal weight of each update and room."""
+    for metric in (LABEL_BELIEF, TYPE_BELIEF):
+        records = results.select(metric=metric)
+        if not records:
+            continue
+        probability = np.array([record["probability"] for record in records])
+        is_right = np.array([record["value"] for record in records])
+        bins = np.minimum((probability * BINS).astype(int), BINS - 1)
+        error = sum(
+            abs(probability[bins == each].mean() - is_right[bins == each].mean()) * (bins == each).mean()
+            for each in np.unique(bins)
+        )
+        figures = {"belief": probability.mean(), "right": is_right.mean(), "error": error}
+        yield from (
+            {"part": "", "metric": metric, "figure": name, "value": float(value)} for name, value in figures.items()
+        )
