@@ -297,3 +297,27 @@ def test_without_numba_one_line_explains_how_to_be_faster(floor_file, monkeypatc
     (line,) = err.splitlines()
     assert "pianta[sim]" in line
     assert run_pianta("explore", floor_file, "--quiet")[1:] == ("", "")
+
+
+@pytest.mark.slow
+def test_robots_that_read_rooms_from_their_map_say_what_they_read(school_file, model):
+    arguments = "--policy", "predicted", "--model", model, "--perception", "map"
+    code, out, err = run_pianta("explore", school_file, *arguments)
+    assert (code, err) == (0, "")
+    assert out.splitlines()[-1].startswith("the robots read ")
+    assert " rooms, " in out.splitlines()[-1]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("--perception", "eyes"), "perception is 'eyes', give perfect or map"),
+        (("--perception", "map"), "policy nearest does not use --perception, give --policy predicted"),
+        (
+            ("--policy", "predicted", "--perception", "map"),
+            "with --perception map robots compare rooms with a model, give --model",
+        ),
+    ],
+)
+def test_a_perception_that_cannot_be_used_is_refused(floor_file, arguments, message):
+    assert run_pianta("explore", floor_file, *arguments) == (2, "", f"error: {message}\n")

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from pianta.cli.terminal import Quiet, print_result, stderr
+from pianta.cli.terminal import Quiet, describe_floor, print_result, stderr
 from pianta.errors import BuildingWarning, OptionError
 from pianta.io._files import count_noun, short_repr
 from pianta.io._folders import atomic_folder, check_output_folder, number_outputs
@@ -21,9 +21,11 @@ if TYPE_CHECKING:
     from pianta.exploration.policy_input import Policy
     from pianta.exploration.record import Exploration
     from pianta.exploration.world import World
+    from pianta.mapping.mapper import Mapper
 
 PREDICTED = "predicted"
 POLICY_NAMES = ("nearest", "gain", "gain-exp", PREDICTED)
+PERFECT, MAP = PERCEPTION_NAMES = ("perfect", "map")
 ANIMATIONS = ("gif", "mp4", "none")
 # Reading a map takes about a second.
 DEFAULT_STEPS = 12
@@ -33,6 +35,7 @@ EXAMPLES = (
     "pianta explore school.xml --policy gain --robots 2 -o exploration",
     "pianta explore school.xml --policy predicted --model others.json --find gym",
     "pianta explore building --policy predicted --model school.json --enough 0.95 --start 1.5,2",
+    "pianta explore map.yaml --policy predicted --model school.json --perception map",
     "pianta explore map.yaml --stop 0.9 --animation none -o exploration",
 )
 
@@ -57,6 +60,13 @@ Model = Annotated[
 Enough = Annotated[
     float | None,
     typer.Option(metavar="SHARE", help="For predicted: stop when this share of the floor is expected to be explored."),
+]
+PerceptionOption = Annotated[
+    str,
+    typer.Option(
+        "--perception",
+        help="For predicted: perfect if robots know true rooms that they see, map if they read them from their map.",
+    ),
 ]
 Out = Annotated[Path | None, typer.Option("--out", "-o", help="Folder for table, picture and animation.")]
 Robots = Annotated[int, typer.Option(help="How many robots; they share their map.")]
@@ -90,6 +100,7 @@ def explore_world(
     policy: PolicyOption = "nearest",
     model: Model = None,
     enough: Enough = None,
+    perception: PerceptionOption = PERFECT,
     out: Out = None,
     robots: Robots = 1,
     find: Find = None,
@@ -118,20 +129,24 @@ def explore_world(
     from pianta.exploration.world import open_world
 
     step_names = [] if out is None else _check_outputs(out, animation, steps)
-    _check_policy(policy, model, enough)
+    _check_policy(policy, model, enough, perception)
     starts, lidar = [read_point(text) for text in start or ()] or None, Lidar(reach=reach, noise=noise)
     stop_share = "all" if stop is None else stop
     opened = open_world(world, seed=seed)
-    chosen = _make_policy(policy, model, opened, name=world, find=find, enough=enough)
+    chosen = _make_policy(policy, model, opened, name=world, find=find, enough=enough, perception=perception)
+    mapper = _make_mapper(model) if perception == MAP else None
     with _tracking(quiet=quiet) as track:
         run = explore(opened, chosen, starts=starts, lidar=lidar, robots=robots, radius=radius, drive=drive,
-                      stop=stop_share, find=find, max_distance=max_distance, seed=seed, track=track)  # fmt: skip
+                      stop=stop_share, find=find, perception=mapper or perception, max_distance=max_distance,
+                      seed=seed, track=track)  # fmt: skip
     names = []
     if out is not None:
         with stderr.status("drawing, and reading maps"):
             names = _save_exploration(run, opened, out, animation, step_names, title=(world, policy))
     if not quiet:
         _print_exploration(run, policy, find)
+        if mapper is not None:
+            print_result(f"the robots read {describe_floor(mapper.floor)}")
         if names:
             print_result(f"in {out}: {', '.join(names)}")
 
@@ -160,20 +175,40 @@ def _check_outputs(out: Path, animation: str, steps: int) -> list[str]:
     return number_outputs("step", steps, out)
 
 
-def _check_policy(policy: str, model: Path | None, enough: float | None) -> None:
-    """Raise OptionError for an unknown policy, and for options that the policy does not use."""
+def _check_policy(policy: str, model: Path | None, enough: float | None, perception: str) -> None:
+    """Raise OptionError for an unknown policy or perception, and for options that the policy does not use."""
+    from pianta.exploration.perceptions import check_perception
     from pianta.exploration.policies import check_policy
 
     check_policy(policy)
+    check_perception(perception)
     options = [option for option, value in (("--model", model), ("--enough", enough)) if value is not None]
+    options += ["--perception"] if perception != PERFECT else []
     if options and policy != PREDICTED:
         raise OptionError(f"policy {policy} does not use {' and '.join(options)}, give --policy {PREDICTED}")
+    if perception != PERFECT and model is None:
+        raise OptionError(f"with --perception {perception} robots compare rooms with a model, give --model")
     if enough is not None and model is None:
         raise OptionError("--enough is a share of the floor that a model predicts, give --model")
 
 
+def _make_mapper(model: Path | None) -> Mapper:
+    """A mapper of buildings of the type of a model."""
+    from pianta.generation.type_model_file import read_type_model
+    from pianta.mapping.mapper import Mapper
+
+    return Mapper(building_type=None if model is None else read_type_model(model).building_type)
+
+
 def _make_policy(
-    policy: str, model: Path | None, world: World, *, name: str, find: str | None, enough: float | None
+    policy: str,
+    model: Path | None,
+    world: World,
+    *,
+    name: str,
+    find: str | None,
+    enough: float | None,
+    perception: str,
 ) -> Policy:
     """The policy, with a model of the building type of the world, if one is given."""
     from pianta.exploration.policies import make_policy
@@ -185,8 +220,12 @@ def _make_policy(
     from pianta.prediction.unexplored_part import FloorSampler
 
     type_model, quoted = read_type_model(model), short_repr(name)
+    if perception == MAP:
+        return make_policy(policy, sampler=FloorSampler(type_model), find=find, enough=enough)
     if world.floor is None:
-        raise OptionError(f"world {quoted} has no rooms to compare with a model, leave out --model")
+        raise OptionError(
+            f"world {quoted} has no rooms to compare with a model, leave out --model, or give --perception {MAP}"
+        )
     check_model_type(world.floor.given_type, type_model, f"world {quoted}")
     labels = {room.label for room in world.floor.rooms if room.label is not None}
     if unknown := sorted(label for label in labels if label.upper() not in type_model.schema.by_name):

@@ -91,6 +91,12 @@ class MapPerception:
             self._room_of_cell = np.where(image > 0, image, around)
 
 
+def check_perception(name: str) -> None:
+    """Raise OptionError for a name that is not in PERCEPTIONS."""
+    if name not in PERCEPTIONS:
+        raise OptionError(f"perception is {name!r}, give {' or '.join(PERCEPTIONS)}")
+
+
 def make_perception(name: str | Mapper, world: World) -> Perception:
     """The perception of a name in PERCEPTIONS, or that of a mapper.
 
@@ -98,8 +104,7 @@ def make_perception(name: str | Mapper, world: World) -> Perception:
     """
     if isinstance(name, Mapper):
         return MapPerception(name)
-    if name not in PERCEPTIONS:
-        raise OptionError(f"perception is {name!r}, give one of {', '.join(PERCEPTIONS)}, or a Mapper")
+    check_perception(name)
     return MapPerception(Mapper()) if name == MAP else PerfectPerception(world)
 
 
