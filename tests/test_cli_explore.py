@@ -300,7 +300,7 @@ def test_without_numba_one_line_explains_how_to_be_faster(floor_file, monkeypatc
 
 
 @pytest.mark.slow
-def test_robots_that_read_rooms_from_their_map_say_what_they_read(school_file, model):
+def test_what_robots_read_from_their_map_is_printed(school_file, model):
     arguments = "--policy", "predicted", "--model", model, "--perception", "map"
     code, out, err = run_pianta("explore", school_file, *arguments)
     assert (code, err) == (0, "")

@@ -9,8 +9,9 @@ from shapely import LineString, box
 import pianta
 from pianta import Door, Floor, Mapper, Room
 from pianta.errors import OptionError
-from pianta.exploration.perceptions import MapPerception, PerfectPerception, _recognise, make_perception
-from pianta.exploration.world import build_world
+from pianta.exploration.map_perception import MapPerception, recognise_read_rooms
+from pianta.exploration.perception import PerfectPerception
+from pianta.exploration.perceptions import make_perception
 from tests.explored_worlds import two_room_world
 
 
@@ -35,7 +36,7 @@ class TestRecognised:
     )
 
     def test_a_room_of_which_little_was_seen_is_behind_a_door_that_is_not_open_yet(self):
-        recognised = _recognise(Floor(self.ROOMS, self.DOORS), np.array([(1.0, 1.0)]))
+        recognised = recognise_read_rooms(Floor(self.ROOMS, self.DOORS), np.array([(1.0, 1.0)]))
         assert [(room.id, room.label, room.share, room.entered) for room in recognised.rooms] == [
             (1, "CLASSROOM", 1.0, True),
             (3, "CORRIDOR", 0.5, False),
@@ -45,7 +46,7 @@ class TestRecognised:
         assert recognised.unopened_lines == (self.DOORS[0].line,)
 
     def test_a_room_in_which_a_robot_was_is_recognised(self):
-        recognised = _recognise(Floor(self.ROOMS, self.DOORS), np.array([(4.5, 2.0)]))
+        recognised = recognise_read_rooms(Floor(self.ROOMS, self.DOORS), np.array([(4.5, 2.0)]))
         assert [(room.id, room.area, room.share, room.entered) for room in recognised.rooms][1] == (2, 4.0, 0.1, True)
         assert recognised.unopened == ()
 
@@ -74,6 +75,8 @@ def test_perceptions_by_name():
     assert isinstance(make_perception("perfect", world), PerfectPerception)
     assert isinstance(make_perception("map", world), MapPerception)
     mapper = Mapper()
-    assert make_perception(mapper, world).mapper is mapper
+    perception = make_perception(mapper, world)
+    assert isinstance(perception, MapPerception)
+    assert perception.mapper is mapper
     with pytest.raises(OptionError, match="perception is 'eyes', give perfect or map"):
-        pianta.explore(build_world(world.floor), perception="eyes")
+        pianta.explore(world, perception="eyes")

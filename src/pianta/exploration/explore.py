@@ -8,6 +8,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from math import isfinite
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -16,7 +17,8 @@ from pianta.errors import MapWarning, OptionError
 from pianta.exploration.frontiers import MIN_LENGTH, Frontier, count_border, find_frontiers
 from pianta.exploration.lidar import Lidar, Pose, scan
 from pianta.exploration.occupancy import OccupancyGrid
-from pianta.exploration.perceptions import PERFECT, Perception, make_perception
+from pianta.exploration.perception import Perception
+from pianta.exploration.perceptions import PERFECT, make_perception
 from pianta.exploration.policies import make_policy
 from pianta.exploration.policy_input import Policy, PolicyInput
 from pianta.exploration.record import Exploration, Record
@@ -27,7 +29,9 @@ from pianta.exploration.world import World, as_world, clear_cells, explorable_ce
 from pianta.floor import Floor
 from pianta.gridmap import FREE, OCCUPIED, GridMap
 from pianta.labels import standard_name
-from pianta.mapping.mapper import Mapper
+
+if TYPE_CHECKING:
+    from pianta.mapping.mapper import Mapper
 
 # All values were chosen by hand.
 # A target is dropped when no cell of its frontier this near to it borders on the unknown any more; m.

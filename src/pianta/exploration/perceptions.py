@@ -1,94 +1,19 @@
-"""What robots take for rooms while they explore: the true ones, or those that their map shows."""
+"""The perceptions of robots by name."""
 
 from __future__ import annotations
 
-import warnings
-from contextlib import suppress
-from dataclasses import dataclass, field
-from typing import Protocol
+from typing import TYPE_CHECKING
 
-import cv2
-import numpy as np
-import shapely
-from numpy.typing import NDArray
-
-from pianta.errors import MapError, MapWarning, OptionError
-from pianta.exploration.recognised_rooms import RECOGNISED_SHARE, RecognisedRoom, RecognisedRooms, recognise_rooms
-from pianta.exploration.record import Record
+from pianta.errors import OptionError
+from pianta.exploration.perception import Perception, PerfectPerception
 from pianta.exploration.world import World
-from pianta.floor import Floor, Room
-from pianta.gridmap import GridMap
-from pianta.mapping.beliefs import measure_trust
-from pianta.mapping.mapper import Mapper, MapUpdate
+
+if TYPE_CHECKING:
+    from pianta.mapping.mapper import Mapper
 
 PERFECT, MAP = "perfect", "map"
+# The names for `pianta explore --perception`.
 PERCEPTIONS = (PERFECT, MAP)
-# Both chosen by hand.
-UPDATE_DISTANCE = 3.0  # m that all robots drive between two updates of the building
-OUTLINE_MARGIN = 0.3  # m from a room: cells of a frontier here belong to it, as outlines are straightened
-
-
-@dataclass(frozen=True, eq=False)
-class Percept:
-    """What robots perceive. recognised: None without rooms. room_of_cell: shape (H, W), ids of rooms, 0 for none."""
-
-    recognised: RecognisedRooms | None
-    room_of_cell: NDArray[np.uint16]
-
-
-class Perception(Protocol):
-    """Recognises rooms."""
-
-    def perceive(self, grid: GridMap, record: Record) -> Percept:
-        """What robots perceive on their map. record: of the run until now."""
-        ...
-
-
-@dataclass(frozen=True, eq=False)
-class PerfectPerception:
-    """Rooms are recognised with their true outlines and labels, as section 8.3 of the thesis assumes."""
-
-    world: World
-
-    def perceive(self, grid: GridMap, record: Record) -> Percept:
-        """The true rooms of which enough was observed."""
-        recognised = recognise_rooms(
-            self.world, grid.cells, counts=record.room_counts, entered=record.entered_at.keys()
-        )
-        return Percept(recognised, self.world.room_of_cell)
-
-
-@dataclass(eq=False)
-class MapPerception:
-    """Rooms are what a mapper reads from the map, every few metres.
-
-    updates: distance, metres, and the update of the mapper at it.
-    """
-
-    mapper: Mapper
-    updates: list[tuple[float, MapUpdate]] = field(default_factory=list)
-    _updated_at: float = field(init=False, default=-np.inf)
-    _room_of_cell: NDArray[np.uint16] = field(init=False, default_factory=lambda: np.zeros((0, 0), np.uint16))
-
-    def perceive(self, grid: GridMap, record: Record) -> Percept:
-        """The rooms of the last update of the mapper, which is not older than UPDATE_DISTANCE."""
-        if record.distance - self._updated_at >= UPDATE_DISTANCE:
-            self._update(grid, record.distance)
-        floor = self.mapper.floor
-        if not floor.rooms:
-            return Percept(None, np.zeros(grid.shape, np.uint16))
-        return Percept(_recognise(floor, record.list_positions()), self._room_of_cell)
-
-    def _update(self, grid: GridMap, distance: float) -> None:
-        self._updated_at = distance
-        # A robot that has just started sees no room yet
-        with suppress(MapError), warnings.catch_warnings():
-            warnings.simplefilter("ignore", MapWarning)
-            self.updates.append((distance, self.mapper.update(grid)))
-            reach = 2 * round(OUTLINE_MARGIN / grid.resolution) + 1
-            image = self.mapper.floor.label_image(grid)
-            around = np.asarray(cv2.dilate(image, np.ones((reach, reach), np.uint8)), np.uint16)
-            self._room_of_cell = np.where(image > 0, image, around)
 
 
 def check_perception(name: str) -> None:
@@ -97,40 +22,17 @@ def check_perception(name: str) -> None:
         raise OptionError(f"perception is {name!r}, give {' or '.join(PERCEPTIONS)}")
 
 
-def make_perception(name: str | Mapper, world: World) -> Perception:
+def make_perception(perception: str | Mapper, world: World) -> Perception:
     """The perception of a name in PERCEPTIONS, or that of a mapper.
 
     Raises OptionError for any other name.
     """
-    if isinstance(name, Mapper):
-        return MapPerception(name)
-    check_perception(name)
-    return MapPerception(Mapper()) if name == MAP else PerfectPerception(world)
+    if isinstance(perception, str):
+        check_perception(perception)
+    if perception == PERFECT:
+        return PerfectPerception(world)
+    # Imported late, because its imports are slow
+    from pianta.exploration.map_perception import MapPerception
+    from pianta.mapping.mapper import Mapper
 
-
-def _recognise(floor: Floor, positions: NDArray[np.float64]) -> RecognisedRooms:
-    """The rooms of a reading of which enough was seen, or in which a robot was; doors to others are not open yet.
-
-    positions: x, y of all robots until now, shape (N, 2).
-    """
-    entered = {room.id for room in floor if shapely.contains_xy(room.polygon, positions).any()}
-    trusts = {room.id: measure_trust(room) for room in floor}
-    is_recognised = {room: trust >= RECOGNISED_SHARE or room in entered for room, trust in trusts.items()}
-    opened, unopened = [], []
-    for number, door in enumerate(floor.doors):
-        near = [room for room in door.room_ids if is_recognised[room]]
-        if len(near) == 2:
-            opened.append(door)
-        elif near and door.joins_rooms:
-            unopened.append((near[0], number))
-    rooms = [room for room in floor if is_recognised[room.id]]
-
-    def describe(room: Room) -> RecognisedRoom:
-        return RecognisedRoom(room.id, room.label, room.polygon.area, trusts[room.id], room.id in entered)
-
-    return RecognisedRooms(
-        tuple(sorted(map(describe, rooms), key=lambda room: room.id)),
-        Floor(tuple(rooms), tuple(opened), building_type=floor.building_type),
-        tuple(unopened),
-        tuple(floor.doors[number].line for _, number in unopened),
-    )
+    return MapPerception(Mapper() if isinstance(perception, str) else perception)

@@ -17,7 +17,8 @@ from pianta.building_types.map_type_file import read_default_map_type_model
 from pianta.errors import DataError, MapError, OptionError
 from pianta.evaluation.floor_scores import score_floor
 from pianta.exploration.explore import explore
-from pianta.exploration.perceptions import PERFECT, UPDATE_DISTANCE
+from pianta.exploration.map_perception import UPDATE_DISTANCE
+from pianta.exploration.perceptions import PERFECT
 from pianta.exploration.policies import PREDICTED, make_policy
 from pianta.exploration.record import Exploration
 from pianta.exploration.world import World, build_world
@@ -135,7 +136,7 @@ def _explore_twice(building: _Building, beliefs: list[Belief]) -> Iterator[Figur
 
 def _follow(mapper: Mapper, run: Exploration, compared: _Compared, beliefs: list[Belief]) -> Iterator[Figures]:
     """Figures of a mapper that gets the maps of a run, at the shares of STAGES and at the end."""
-    history: list[_Seen] = []
+    history: list[_Comparison] = []
     stages, readings, final = [*STAGES], [], None
     lost, seconds = 0, []
     for scan in _choose_scans(run):
@@ -147,11 +148,11 @@ def _follow(mapper: Mapper, run: Exploration, compared: _Compared, beliefs: list
             continue  # the robot has hardly started
         seconds.append(process_time() - start)
         lost += sum(event.kind is EventKind.LOST_ROOM for event in update.events)
-        seen = compared.compare(update, scan)
-        history.append(seen)
-        beliefs += seen.beliefs
-        while stages and seen.share >= stages[0] - TOLERANCE:
-            yield _describe_stage(seen, stages.pop(0))
+        comparison = compared.compare(update, scan)
+        history.append(comparison)
+        beliefs += comparison.beliefs
+        while stages and comparison.share >= stages[0] - TOLERANCE:
+            yield _describe_stage(comparison, stages.pop(0))
             start = process_time()
             reading = Mapper(room_model=mapper.room_model, type_model=mapper.type_model).update(grid)
             readings.append(process_time() - start)
@@ -170,7 +171,7 @@ def _follow(mapper: Mapper, run: Exploration, compared: _Compared, beliefs: list
 
 
 @dataclass(frozen=True)
-class _Seen:
+class _Comparison:
     """What is right at a scan. share: of the area that the run observes; beliefs: with whether they are right."""
 
     share: float
@@ -211,7 +212,7 @@ class _Compared:
         floor = map_labels_upwards(self.truth, SCHEMAS[self.truth.building_types[0]])
         return {room.id: room.labels[FES] for room in floor}
 
-    def compare(self, update: MapUpdate, scan: int) -> _Seen:
+    def compare(self, update: MapUpdate, scan: int) -> _Comparison:
         """Compare with the true rooms of which at least half was observed at a scan."""
         run, world, truth = self.run, self.world, self.truth
         is_observed = (run.scan_of_cell >= 0) & (run.scan_of_cell <= scan) & world.free
@@ -224,7 +225,7 @@ class _Compared:
         likeliest = max(update.types, key=update.types.__getitem__)
         beliefs = [(TYPE_BELIEF, update.types[likeliest], likeliest == name), *self._rate_labels(update, rooms)]
         right = [is_right for metric, _, is_right in beliefs if metric == LABEL_BELIEF]
-        return _Seen(
+        return _Comparison(
             float(run.share[scan] / run.share[-1]),
             scores.rooms.f1,
             scores.doors.f1,
@@ -252,14 +253,14 @@ def _find_room(room: Room, rooms: Sequence[Room]) -> Room | None:
     return None
 
 
-def _describe_stage(seen: _Seen, stage: float) -> Figures:
+def _describe_stage(comparison: _Comparison, stage: float) -> Figures:
     return {
         name_stage(metric, stage): value
         for metric, value in (
-            (ROOMS, seen.rooms),
-            (DOORS, seen.doors),
-            (LABELS, seen.labels),
-            (TYPE, seen.is_type_right),
+            (ROOMS, comparison.rooms),
+            (DOORS, comparison.doors),
+            (LABELS, comparison.labels),
+            (TYPE, comparison.is_type_right),
         )
     }
 
@@ -269,11 +270,11 @@ def name_stage(metric: str, stage: float) -> str:
     return f"{metric} at {stage:.0%}"
 
 
-def _find_type_share(history: Sequence[_Seen]) -> float | None:
+def _find_type_share(history: Sequence[_Comparison]) -> float | None:
     """The share of the area from which on the type is right to the end; None if it is wrong at the end."""
     first = None
-    for seen in reversed(history):
-        if not seen.is_type_right:
+    for comparison in reversed(history):
+        if not comparison.is_type_right:
             break
-        first = seen.share
+        first = comparison.share
     return first
