@@ -31,7 +31,7 @@ from pianta.mapping.mapper import Mapper, MapUpdate
 from pianta.prediction.unexplored_part import FloorSampler
 from pianta.rooms.completion import map_labels_upwards
 from pianta.rooms.training import train_rooms
-from pianta_bench.data.annotated_floors import AnnotatedFloor, read_annotated_buildings
+from pianta_bench.data.annotated_floors import AnnotatedFloor, read_annotated_buildings, set_building_type
 from pianta_bench.data.folders import find_data
 from pianta_bench.harness.parallel import run_steps
 from pianta_bench.harness.records import Figures, Results, Track
@@ -83,7 +83,9 @@ def measure(
     if type not in SCHEMAS:
         raise OptionError(f"type is {type!r}, give one of {', '.join(SCHEMAS)}")
     results = Results({"type": type, "most_rooms": most_rooms, "seed": seed})
-    floors, failed = read_annotated_buildings(find_data(data), type, lambda floor: floor)
+    floors, failed = read_annotated_buildings(
+        find_data(data), type, lambda each: replace(each, floor=set_building_type(each.floor, type))
+    )
     results.items += [replace(each, part=type) for each in failed]
     if len(floors) <= MIN_FLOORS:
         raise DataError(f"{len(floors)} floors are too few to learn from, give {MIN_FLOORS + 1}")

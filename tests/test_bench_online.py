@@ -1,0 +1,93 @@
+"""`pianta bench online`: what a mapper understands over the way, on a tiny school, and by figures made by hand."""
+
+from pathlib import Path
+
+import pytest
+
+from pianta.errors import OptionError
+from pianta_bench.harness.records import Results
+from pianta_bench.online import measure as online
+from pianta_bench.online.measure import LABEL_BELIEF, ROOMS, TYPE_BELIEF, name_stage
+from pianta_bench.online.tables import tabulate
+from tests.command_line import run_pianta
+from tests.tiny_data import read_as_buildings, write_schools
+
+SCHOOLS = "KKKW-KL", "KKS-KK", "LLW-KKK", "KKC-LK", "LLC-KKW", "KK-KWL"
+
+
+@pytest.fixture(scope="module")
+def tiny(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Six schools."""
+    data = tmp_path_factory.mktemp("data")
+    write_schools(data, *SCHOOLS)
+    return data
+
+
+@pytest.fixture(scope="module")
+def measured(tiny: Path) -> Results:
+    with pytest.MonkeyPatch.context() as patch:
+        # The names of tiny schools end with a number, as those of the floors of one building.
+        patch.setattr(online, "read_annotated_buildings", read_as_buildings)
+        return online.measure(tiny, items=["school0"])
+
+
+@pytest.mark.slow
+def test_a_school_has_figures_at_each_share_and_at_the_end(measured: Results) -> None:
+    assert [(item.item, item.failure) for item in measured.items] == [("school0", None)]
+    shares = [name_stage(ROOMS, stage) for stage in online.STAGES]
+    assert shares == ["rooms F1 at 25%", "rooms F1 at 50%", "rooms F1 at 75%", "rooms F1 at 100%"]
+    first, *_, last = (measured.values(metric=share)[0] for share in shares)
+    assert 0 <= first <= last <= 1
+    assert last > 0.7
+    for metric in (online.RATIO, online.COST, online.LONGER):
+        assert measured.values(metric=metric)[0] > 0
+    assert {record["metric"] for record in measured.records} >= {LABEL_BELIEF, TYPE_BELIEF}
+
+
+@pytest.mark.slow
+def test_tables_have_the_way_the_end_and_calibration(measured: Results) -> None:
+    assert [table.title for table in tabulate(measured)] == [
+        "schools while a robot maps them",
+        "At the end of the way, and what updates cost",
+        "Calibration over the way",
+    ]
+
+
+def test_the_calibration_error_is_the_mean_difference_over_bins() -> None:
+    results = Results({"type": "school"})
+    # Bin 0.9 to 1: 0.95 and half right; bin 0.6 to 0.7: 0.65 and all right
+    for probability, is_right in ((0.95, 1.0), (0.95, 0.0), (0.65, 1.0), (0.65, 1.0)):
+        results.add("school", "a", {TYPE_BELIEF: is_right}, probability=probability)
+    *_, calibration = tabulate(results)
+    assert calibration.rows[TYPE_BELIEF]["error"].mean == pytest.approx(100 * (0.45 * 0.5 + 0.35 * 0.5))
+
+
+def test_the_type_counts_from_where_it_is_right_to_the_end() -> None:
+    def compare(share: float, *, is_right: bool) -> online._Comparison:
+        return online._Comparison(share, 1.0, 1.0, None, is_right, [])
+
+    history = [compare(0.1, is_right=True), compare(0.2, is_right=False), compare(0.4, is_right=True)]
+    assert online._find_type_share([*history, compare(1.0, is_right=True)]) == 0.4
+    assert online._find_type_share([*history, compare(1.0, is_right=False)]) is None
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--type", "castle"], "type is 'castle', give one of "),
+        (["--item", "school9"], "no building is called school9"),
+    ],
+)
+def test_bad_options_are_refused(tiny: Path, arguments: list[str], message: str) -> None:
+    code, _, err = run_pianta("bench", "online", "--data", tiny, *arguments)
+    assert code == 2
+    assert message in err
+
+
+def test_too_few_buildings_are_refused(tmp_path: Path) -> None:
+    write_schools(tmp_path, "KKK-KL", "KW-KK")
+    with pytest.raises(OptionError, match="castle"):
+        online.measure(tmp_path, type="castle")
+    code, _, err = run_pianta("bench", "online", "--data", tmp_path)
+    assert code == 2
+    assert "are too few to learn from" in err
