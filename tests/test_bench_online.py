@@ -5,6 +5,7 @@ from pathlib import Path
 import pytest
 
 from pianta.errors import OptionError
+from pianta.mapping.events import Event, EventKind
 from pianta_bench.harness.records import Results
 from pianta_bench.online import measure as online
 from pianta_bench.online.measure import LABEL_BELIEF, ROOMS, TYPE_BELIEF, name_stage
@@ -64,11 +65,18 @@ def test_the_calibration_error_is_the_mean_difference_over_bins() -> None:
 
 def test_the_type_counts_from_where_it_is_right_to_the_end() -> None:
     def compare(share: float, *, is_right: bool) -> online._Comparison:
-        return online._Comparison(share, 1.0, 1.0, None, is_right, [])
+        return online._Comparison(share, 1.0, 1.0, None, is_right, {}, [])
 
     history = [compare(0.1, is_right=True), compare(0.2, is_right=False), compare(0.4, is_right=True)]
     assert online._find_type_share([*history, compare(1.0, is_right=True)]) == 0.4
     assert online._find_type_share([*history, compare(1.0, is_right=False)]) is None
+
+
+def test_an_id_that_changes_counts_unless_rooms_were_joined_or_divided() -> None:
+    before, ids = {1: 7, 2: 8, 3: 9}, {1: 7, 2: 5, 3: 6, 4: 4}
+    assert online._count_changed_ids(before, ids, ()) == 2
+    assert online._count_changed_ids(before, ids, (Event(EventKind.DIVIDED_ROOM, (8, 5)),)) == 1
+    assert online._count_changed_ids(before, ids, (Event(EventKind.COMPLETE_ROOM, (6,)),)) == 2
 
 
 @pytest.mark.parametrize(

@@ -26,7 +26,7 @@ from pianta.floor import Floor, Room
 from pianta.generation.type_model import MIN_FLOORS, learn_type, prepare_room_graph
 from pianta.gridmap import UNKNOWN, GridMap
 from pianta.labels import SCHEMAS
-from pianta.mapping.events import EventKind
+from pianta.mapping.events import Event, EventKind
 from pianta.mapping.mapper import Mapper, MapUpdate
 from pianta.prediction.unexplored_part import FloorSampler
 from pianta.rooms.completion import map_labels_upwards
@@ -46,7 +46,7 @@ TOLERANCE = 1e-9  # of shares, which are sums of cells
 ROOMS, DOORS, LABELS, TYPE = "rooms F1", "doors F1", "labels right", "type right"
 READ_ROOMS, READ_LABELS, READ_TYPE = (f"{name}, one reading" for name in (ROOMS, LABELS, TYPE))
 COST, LARGEST, READING, RATIO = "update, s", "longest update, s", "reading, s", "update over reading"
-CHANGED_IDS, TYPE_AT = "ids lost", "share when the type is right"
+CHANGED_IDS, TYPE_AT = "ids changed", "share when the type is right"
 METRES_MAP, METRES_PERFECT, LONGER = "metres to 90 %", "metres to 90 %, perfect", "metres over perfect"
 LABEL_BELIEF, TYPE_BELIEF = "belief in labels", "belief in types"
 
@@ -140,7 +140,7 @@ def _follow(mapper: Mapper, run: Exploration, compared: _Compared, beliefs: list
     """Figures of a mapper that gets the maps of a run, at the shares of STAGES and at the end."""
     history: list[_Comparison] = []
     stages, readings, final = [*STAGES], [], None
-    lost, seconds = 0, []
+    changed, seconds = 0, []
     for scan in _choose_scans(run):
         grid = _make_map(run, scan)
         start = process_time()
@@ -149,8 +149,8 @@ def _follow(mapper: Mapper, run: Exploration, compared: _Compared, beliefs: list
         except MapError:
             continue  # the robot has hardly started
         seconds.append(process_time() - start)
-        lost += sum(event.kind is EventKind.LOST_ROOM for event in update.events)
         comparison = compared.compare(update, scan)
+        changed += _count_changed_ids(history[-1].ids if history else {}, comparison.ids, update.events)
         history.append(comparison)
         beliefs += comparison.beliefs
         while stages and comparison.share >= stages[0] - TOLERANCE:
@@ -167,20 +167,25 @@ def _follow(mapper: Mapper, run: Exploration, compared: _Compared, beliefs: list
         LARGEST: max(seconds),
         READING: float(np.mean(readings)),
         RATIO: float(np.mean(seconds) / np.mean(readings)),
-        CHANGED_IDS: lost / len(mapper.floor),
+        CHANGED_IDS: changed / len(compared.truth),
         TYPE_AT: _find_type_share(history) if final.is_type_right else None,
     }
 
 
 @dataclass(frozen=True)
 class _Comparison:
-    """What is right at a scan. share: of the area that the run observes; beliefs: with whether they are right."""
+    """What is right at a scan.
+
+    share: of the area that the run observes. ids: of the room of the map by that of the true one. beliefs: with whether
+    they are right.
+    """
 
     share: float
     rooms: float
     doors: float
     labels: float | None
     is_type_right: bool
+    ids: Mapping[int, int]
     beliefs: list[Belief]
 
 
@@ -225,7 +230,8 @@ class _Compared:
         scores = score_floor(update.floor, replace(truth, rooms=rooms, doors=doors, walls=()))
         name = truth.building_types[0]
         likeliest = max(update.types, key=update.types.__getitem__)
-        beliefs = [(TYPE_BELIEF, update.types[likeliest], likeliest == name), *self._rate_labels(update, rooms)]
+        matches = [(room, true) for room in update.floor if (true := _find_room(room, rooms)) is not None]
+        beliefs = [(TYPE_BELIEF, update.types[likeliest], likeliest == name), *self._rate_labels(matches)]
         right = [is_right for metric, _, is_right in beliefs if metric == LABEL_BELIEF]
         return _Comparison(
             float(run.share[scan] / run.share[-1]),
@@ -233,17 +239,27 @@ class _Compared:
             scores.doors.f1,
             float(np.mean(right)) if right else None,
             next(iter(update.floor.building_type), None) == name,
+            {true.id: room.id for room, true in matches},
             beliefs,
         )
 
-    def _rate_labels(self, update: MapUpdate, rooms: Sequence[Room]) -> Iterator[Belief]:
+    def _rate_labels(self, matches: Sequence[tuple[Room, Room]]) -> Iterator[Belief]:
         """The probability of the likeliest label of each room that is a true one, and whether it is right."""
-        for room in update.floor:
-            true = _find_room(room, rooms)
-            if true is not None:
-                belief = room.label_probabilities[FES]
-                best = max(belief, key=belief.__getitem__)
-                yield LABEL_BELIEF, belief[best], best == self.labels[true.id]
+        for room, true in matches:
+            belief = room.label_probabilities[FES]
+            best = max(belief, key=belief.__getitem__)
+            yield LABEL_BELIEF, belief[best], best == self.labels[true.id]
+
+
+def _count_changed_ids(before: Mapping[int, int], ids: Mapping[int, int], events: Sequence[Event]) -> int:
+    """The true rooms whose id has changed, although they were neither joined nor divided.
+
+    before, ids: of the room of the map by that of the true one.
+    """
+    kinds = EventKind.JOINED_ROOMS, EventKind.DIVIDED_ROOM
+    explained = {room for event in events if event.kind in kinds for room in event.rooms}
+    changes = [(before[true], new) for true, new in ids.items() if true in before and before[true] != new]
+    return sum(explained.isdisjoint(change) for change in changes)
 
 
 def _find_room(room: Room, rooms: Sequence[Room]) -> Room | None:

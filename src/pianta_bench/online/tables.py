@@ -52,9 +52,9 @@ END = Table(
     },
     digits=dict.fromkeys((COST, LARGEST, READING, RATIO, LONGER), 2) | {METRES_MAP: 0, METRES_PERFECT: 0},
     notes=(
-        "One reading: of the last map as a whole. Ids lost: rooms that are gone and",
-        "were neither joined nor divided. Update over reading: mean seconds of an",
-        "update over those of a whole reading of the map, at four shares of the area.",
+        "One reading: of the last map as a whole. Ids changed: of true rooms that were",
+        "neither joined nor divided. Update over reading: mean seconds of an update",
+        "over those of a whole reading of the map, at four shares of the area.",
     ),
 )
 CALIBRATION = Table(
