@@ -201,13 +201,13 @@ def _withhold(
 ) -> list[_Task]:
     """Each floor's own graph, with a model that has no floor of its building, and no areas in the graph."""
     tasks = []
-    for floor in floors:
+    for number, floor in enumerate(floors):
         building = frozenset(other.item for other in floors if other.building == floor.building)
         graph = graphs[floor.item].copy()
         for _, room in graph.nodes(data=True):
             for name in ROOM_MEASURES:
                 room.pop(name, None)
-        tasks.append(_Task(floor.item, WITHHELD, graph, leave_geometry_out(model, building), seed))
+        tasks.append(_Task(floor.item, WITHHELD, graph, leave_geometry_out(model, building), seed + number))
     return tasks
 
 

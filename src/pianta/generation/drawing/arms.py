@@ -15,6 +15,7 @@ from pianta.generation.drawing.blocks import NARROWEST, NO_ROOM, Cells
 Mask = NDArray[np.bool_]
 
 TURN = 10.0  # cells that a turn costs: arms are straight where they can be
+NEAR_LIMIT = 60.0  # cells of a way, with turns, up to which it is searched for first
 THEFT = 2.0  # cells that a cell of another room costs besides; chosen by hand
 
 
@@ -43,14 +44,16 @@ def find_arm(cells: Cells, room: int, goal: int, width: int, *, through: Collect
     numbers = np.full(cells.shape, -1)
     numbers[free] = np.arange(count)
     # States: a free square, the first `count` of arms along x, the others along y; arms leave walls at right angles
-    distances, before, _ = dijkstra(
-        _join_squares(numbers, count, _measure_theft(cells, width)),
-        directed=False,
-        indices=np.concatenate([numbers[starts[0]], numbers[starts[1]] + count]),
-        return_predecessors=True,
-        min_only=True,
-    )
+    states = _join_squares(numbers, count, _measure_theft(cells, width))
+    first = np.concatenate([numbers[starts[0]], numbers[starts[1]] + count])
     last = np.concatenate([numbers[ends[0]], numbers[ends[1]] + count])
+    # Most arms are short; a limit spares most of the building
+    for limit in (NEAR_LIMIT, np.inf):
+        distances, before, _ = dijkstra(
+            states, directed=False, indices=first, return_predecessors=True, min_only=True, limit=limit
+        )
+        if np.isfinite(distances[last]).any():
+            break
     state = int(last[np.argmin(distances[last])])
     arm = np.zeros(cells.shape, bool)
     squares = np.argwhere(free)

@@ -66,9 +66,12 @@ def _choose_floors(
     """The areas of the rooms of one floor, by label; of another floor for labels that it does not have.
 
     labels: of the rooms of the building. A floor with many rooms of a label that is frequent in it is probable, so that
-    all buildings together have rooms as large as those of the type.
+    all buildings together have rooms as large as those of the type; by the square of how frequent it is, as most rooms
+    with areas of one floor have such a label.
     """
-    floor = rng.choice(tables[str(rng.choice(labels))][:, 2])
+    names, counts = np.unique(labels, return_counts=True)
+    frequent = str(rng.choice(names, p=counts**2 / (counts**2).sum()))
+    floor = rng.choice(tables[frequent][:, 2])
     chosen = {}
     for label, table in tables.items():
         is_own = table[:, 2] == floor
