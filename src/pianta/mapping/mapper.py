@@ -101,6 +101,11 @@ class Mapper:
         Model of the types of maps; None for the one that comes with pianta.
     predict_partial
         Whether to predict the whole shape of rooms that were seen in part.
+    labels
+        Whether to predict the labels of rooms and the type of the building.
+    previous
+        The floor of an earlier run, whose ids rooms keep; None without one. `load` continues a run with its
+        beliefs.
 
     Raises
     ------
@@ -130,10 +135,14 @@ class Mapper:
         room_model: RoomModel | None = None,
         type_model: MapTypeModel | None = None,
         predict_partial: bool = True,
+        labels: bool = True,
+        previous: Floor | None = None,
     ) -> None:
         check_argument(room_model, (RoomModel, type(None)), "room_model", "a model of train_rooms or load_model")
+        check_argument(previous, (Floor, type(None)), "previous", "a Floor of read_floor")
         self.building_type = None if building_type is None else standard_building_type(building_type)
-        self.room_model, self.type_model, self.predict_partial = room_model, type_model, predict_partial
+        self.room_model, self.type_model = room_model, type_model
+        self.predict_partial, self.labels, self.previous = predict_partial, labels, previous
         self.state: MapState | None = None
 
     def update(self, grid: GridMap, *, time: float | None = None) -> MapUpdate:
@@ -178,7 +187,7 @@ class Mapper:
         if self.predict_partial:
             floor = _predict_shapes(floor, grid, before, reading.changed)
         # What kind of building it is (chapter 6), and what each room is for (chapters 4 and 5): beliefs over readings
-        if reading.share:
+        if self.labels and reading.share:
             floor, types = self._believe(floor, before)
         previous = EMPTY_FLOOR if before is None else before.floor
         events = list_events(floor, previous, is_new_building=not reading.is_same_building)
@@ -256,6 +265,7 @@ class Mapper:
         room_model: RoomModel | None = None,
         type_model: MapTypeModel | None = None,
         predict_partial: bool = True,
+        labels: bool = True,
     ) -> Mapper:
         """Go on from a folder of `save`.
 
@@ -263,7 +273,7 @@ class Mapper:
         ----------
         folder
             That of `save`.
-        room_model, type_model, predict_partial
+        room_model, type_model, predict_partial, labels
             As of `Mapper`.
 
         Returns
@@ -282,6 +292,7 @@ class Mapper:
             room_model=room_model,
             type_model=type_model,
             predict_partial=predict_partial,
+            labels=labels,
         )
         mapper.state = state
         return mapper
@@ -295,7 +306,8 @@ class Mapper:
         """The floor of a map, of which only changes are read if most of it is as before."""
         read, state = partial(find_rooms, method=DEFAULT_METHOD), self.state
         if state is None:
-            return _NewReading(round_floor(read(grid)))
+            floor = read(grid)
+            return _NewReading(round_floor(keep_room_ids(floor, self.previous) if self.previous else floor))
         cells, before = classify_cells(grid), None
         if have_same_frame(grid, state.grid):
             before = put_on_grid(state.grid, grid)
@@ -304,7 +316,8 @@ class Mapper:
             if not windows:
                 return _NewReading(state.floor, 0.0, np.zeros((0, 2)))
             share = _measure_share(cells, windows)
-            if share <= MAX_READ_SHARE:
+            # A map that is unknown everywhere is read as a whole, which says what is wrong with it
+            if 0 < share <= MAX_READ_SHARE:
                 bare = replace(state.floor, rooms=tuple(map(_strip, state.floor)))
                 floor = keep_room_ids(read_windows(grid, windows, bare, read), state.floor, earlier=state.earlier)
                 return _NewReading(round_floor(floor), share, _list_points(grid, is_changed))
