@@ -41,6 +41,8 @@ from pianta.rooms.model import RoomModel
 
 # All chosen by hand.
 SHAPE_MARGIN = 0.3  # m around a predicted shape, in which nothing has changed if it stays
+MAX_PREDICTED = 3  # shapes that an update predicts; a limit of time, which the first reading does not have
+MAX_OVERLAP = 0.01  # of a predicted shape with other rooms, up to which it stays while it waits
 MAX_READ_SHARE = 0.5  # of the seen cells in windows: from here on the whole map is read
 SAME_WALL_SHARE = 0.5  # of the wall cells are near one still, on a map of the same building in the same frame
 
@@ -184,15 +186,16 @@ class Mapper:
             before = None
         # The whole shape of rooms that were seen in part (section 8.2)
         floor, types = reading.floor, {} if before is None else before.types
+        waiting: tuple[int, ...] = ()
         if self.predict_partial:
-            floor = _predict_shapes(floor, grid, before, reading.changed)
+            floor, waiting = _predict_shapes(floor, grid, before, reading.changed)
         # What kind of building it is (chapter 6), and what each room is for (chapters 4 and 5): beliefs over readings
         if self.labels and reading.share:
             floor, types = self._believe(floor, before)
         previous = EMPTY_FLOOR if before is None else before.floor
         events = list_events(floor, previous, is_new_building=not reading.is_same_building)
         old = [] if self.state is None else [self.state.floor, *self.state.earlier]
-        self.state = MapState(grid, floor, tuple(old[: len(EARLIER_FILES)]), types, time, self.building_type)
+        self.state = MapState(grid, floor, tuple(old[: len(EARLIER_FILES)]), types, time, self.building_type, waiting)
         return _describe(self.state, events, reading.share)
 
     def update_patch(self, patch: GridMap, *, time: float | None = None) -> MapUpdate:
@@ -374,19 +377,31 @@ def _is_same_building(floor: Floor, cells: NDArray[np.int8], before: NDArray[np.
     return True
 
 
-def _predict_shapes(floor: Floor, grid: GridMap, before: MapState | None, changed: Floats | None) -> Floor:
-    """The floor with predicted shapes of partial rooms; where nothing has changed, those before stay.
+def _predict_shapes(
+    floor: Floor, grid: GridMap, before: MapState | None, changed: Floats | None
+) -> tuple[Floor, tuple[int, ...]]:
+    """The floor with predicted shapes of partial rooms, and the ids of those whose shape waits for another update.
 
-    changed: x, y of the changed cells, shape (N, 2); None for all.
+    Where nothing has changed, the shapes before stay. changed: x, y of the changed cells, shape (N, 2); None for all.
     """
     old = {room.id: room for room in before.floor} if before and changed is not None else {}
-    same = {room.id: each for room in floor if (each := _keep_shape(room, old.get(room.id), changed)) is not None}
+    waiting = () if before is None else before.waiting
+    same = {
+        room.id: each
+        for room in floor
+        if room.id not in waiting and (each := _keep_shape(room, old.get(room.id), changed)) is not None
+    }
+    pending = [room.id for room in floor if room.partial and room.id not in same]
+    pending.sort(key=lambda room_id: waiting.index(room_id) if room_id in waiting else len(waiting))
+    left = () if before is None else tuple(pending[MAX_PREDICTED:])
+    same |= {room_id: let_wait(floor[room_id], old.get(room_id), floor) for room_id in left}
     # What was predicted before counts as a room
     rooms = [replace(_strip(same[room.id]), partial=False) if room.id in same else room for room in floor]
-    rooms = [replace(room, polygon=same[room.id].predicted) if room.id in same else room for room in rooms]
+    shapes = {room_id: room.predicted or room.polygon for room_id, room in same.items()}
+    rooms = [replace(room, polygon=shapes.get(room.id, room.polygon)) for room in rooms]
     predicted = predict_partial_rooms(replace(floor, rooms=tuple(rooms)), grid)
     rooms = [same.get(room.id, new) for room, new in zip(floor, predicted, strict=True)]
-    return round_floor(replace(floor, rooms=tuple(rooms)))
+    return round_floor(replace(floor, rooms=tuple(rooms))), left
 
 
 def _keep_shape(room: Room, before: Room | None, changed: Floats | None) -> Room | None:
@@ -396,9 +411,23 @@ def _keep_shape(room: Room, before: Room | None, changed: Floats | None) -> Room
     near = before.predicted.buffer(SHAPE_MARGIN)
     if not near.contains(room.polygon) or shapely.contains_xy(near, changed).any():
         return None
-    shape = before.predicted.union(room.polygon)
-    is_one = isinstance(shape, Polygon)
-    return replace(room, predicted=shape, confidence=before.confidence) if is_one else None
+    return _extend_shape(room, before)
+
+
+def let_wait(room: Room, before: Room | None, floor: Floor) -> Room:
+    """A partial room with the shape before, as long as it overlaps no other room, else without one."""
+    extended = None if before is None else _extend_shape(room, before)
+    if extended is None or extended.predicted is None:
+        return room
+    others = [other.polygon for other in floor if other.id != room.id and other.polygon.intersects(extended.predicted)]
+    overlap = shapely.area(shapely.intersection(others, extended.predicted)).sum()
+    return extended if overlap <= MAX_OVERLAP * extended.predicted.area else room
+
+
+def _extend_shape(room: Room, before: Room) -> Room | None:
+    """The room with the shape that was predicted before, joined with what was seen; None if these fall into parts."""
+    shape = None if before.predicted is None else before.predicted.union(room.polygon)
+    return replace(room, predicted=shape, confidence=before.confidence) if isinstance(shape, Polygon) else None
 
 
 def _strip(room: Room) -> Room:
