@@ -193,15 +193,15 @@ class TestShapesThatWait:
         monkeypatch.setattr("pianta.mapping.mapper.MAX_PREDICTED", 1)
         mapper = Mapper(labels=False)
         mapper.update(reveal(grid, 0.5))
-        seen = reveal(grid, 0.55)
-        mapper.update(seen)
+        observed = reveal(grid, 0.55)
+        mapper.update(observed)
         assert mapper.state is not None
         waiting = mapper.state.waiting
         assert len(waiting) == sum(room.partial for room in mapper.floor) - 1 > 0
         mapper.save(tmp_path)
         mapper = Mapper.load(tmp_path, labels=False)
         for _ in waiting:
-            mapper.update(seen)
+            mapper.update(observed)
         assert mapper.state is not None
         assert mapper.state.waiting == ()
         assert all(room.predicted for room in mapper.floor if room.partial)
@@ -212,9 +212,9 @@ class TestShapesThatWait:
             replace(before, polygon=box(0, 0, 5, 4), predicted=None, confidence=None),
             Room(2, box(7, 0, 9, 4)),
         )
-        kept = let_wait(room, before, Floor((room,)))
-        assert kept.predicted is not None
-        assert kept.predicted.equals(box(0, 0, 8, 4))
+        longer = let_wait(room, before, Floor((room,)))
+        assert longer.predicted is not None
+        assert longer.predicted.equals(box(0, 0, 8, 4))
         assert let_wait(room, before, Floor((room, other))).predicted is None
         assert let_wait(room, None, Floor((room,))) == room
 
