@@ -425,7 +425,7 @@ def let_wait(room: Room, before: Room | None, floor: Floor) -> Room:
 
 
 def _extend_shape(room: Room, before: Room) -> Room | None:
-    """The room with the shape that was predicted before, joined with the part that was observed; None if these fall into parts."""
+    """The room with the shape that was predicted before, joined with its observed part; None if these are not one."""
     shape = None if before.predicted is None else before.predicted.union(room.polygon)
     return replace(room, predicted=shape, confidence=before.confidence) if isinstance(shape, Polygon) else None
 
