@@ -34,6 +34,7 @@ from pianta_bench.drawing.measure import (
     REALISED,
     SECONDS,
     WITHHELD,
+    find_lit_shares,
     leave_geometry_out,
     list_sizes,
     measure,
@@ -88,6 +89,11 @@ class TestFloors:
         sizes = list_sizes([FLOOR, FLOOR])
         assert sizes["CORRIDOR"] == ([20.0, 20.0], [5.0, 5.0])
         assert sizes["CLASSROOM"] == ([20.0, 20.0], [1.25, 1.25])
+
+    def test_rooms_with_windows_by_label(self):
+        inner = box(4, 4, 6, 6)
+        around = Floor((Room(1, box(0, 0, 10, 10).difference(inner), "CLASSROOM"), Room(2, inner, "CLOSET")))
+        assert find_lit_shares([FLOOR, around]) == {"CORRIDOR": 1.0, "CLASSROOM": 1.0, "CLOSET": 0.5}
 
     def test_a_model_without_a_building_draws_other_areas(self):
         model = sized_model()

@@ -13,6 +13,7 @@ from pianta.errors import MapError, MapWarning
 from pianta.mapping.beliefs import choose_announced, choose_type, measure_trust, update_belief
 from pianta.mapping.changed_parts import have_same_frame, list_windows, put_on_grid
 from pianta.mapping.events import Event, EventKind, list_events
+from pianta.mapping.mapper import let_wait
 
 SHUT = 100
 
@@ -185,6 +186,37 @@ class TestUpdates:
         with pytest.raises(MapError, match="no free cell"):
             mapper.update(replace(grid, cells=np.full((50, 50), 100, np.int8)))
         assert mapper.state is before
+
+
+class TestShapesThatWait:
+    def test_an_update_predicts_few_shapes_and_the_next_ones_the_others(self, grid, tmp_path, monkeypatch):
+        monkeypatch.setattr("pianta.mapping.mapper.MAX_PREDICTED", 1)
+        mapper = Mapper(labels=False)
+        mapper.update(reveal(grid, 0.5))
+        observed = reveal(grid, 0.55)
+        mapper.update(observed)
+        assert mapper.state is not None
+        waiting = mapper.state.waiting
+        assert len(waiting) == sum(room.partial for room in mapper.floor) - 1 > 0
+        mapper.save(tmp_path)
+        mapper = Mapper.load(tmp_path, labels=False)
+        for _ in waiting:
+            mapper.update(observed)
+        assert mapper.state is not None
+        assert mapper.state.waiting == ()
+        assert all(room.predicted for room in mapper.floor if room.partial)
+
+    def test_a_shape_that_waits_overlaps_no_other_room(self):
+        before = Room(1, box(0, 0, 4, 4), partial=True, predicted=box(0, 0, 8, 4), confidence=0.5)
+        room, other = (
+            replace(before, polygon=box(0, 0, 5, 4), predicted=None, confidence=None),
+            Room(2, box(7, 0, 9, 4)),
+        )
+        longer = let_wait(room, before, Floor((room,)))
+        assert longer.predicted is not None
+        assert longer.predicted.equals(box(0, 0, 8, 4))
+        assert let_wait(room, before, Floor((room, other))).predicted is None
+        assert let_wait(room, None, Floor((room,))) == room
 
 
 class TestPatches:

@@ -43,7 +43,7 @@ def watch_map(
     no_labels: NoLabels = False,
     quiet: Quiet = False,
 ) -> None:
-    """Read the map of a running robot again whenever it has changed.
+    """Read what has changed on the map of a running robot, and print what has happened.
 
     Experimental: it takes nav_msgs/OccupancyGrid of ROS 2 from DDS, without ROS
     installed, by CycloneDDS; from this computer alone unless --interface names

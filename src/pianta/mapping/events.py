@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 
@@ -14,6 +14,7 @@ from pianta.floor import Floor, Room
 
 # A room is in another one if this share of it is. Chosen by hand.
 MIN_INSIDE = 0.5
+MAX_LISTED = 3  # events of a kind in a line
 
 
 class EventKind(StrEnum):
@@ -54,6 +55,17 @@ class Event:
         ids = " ".join(map(str, self.rooms))
         change = f": {self.before or 'unknown'} → {self.after or 'unknown'}" if self.before != self.after else ""
         return f"{self.kind} {ids}".strip() + change
+
+
+def describe_events(events: Sequence[Event]) -> str:
+    """Events as one line: those of a kind, or their number if there are many."""
+    grouped: dict[EventKind, list[Event]] = {}
+    for event in events:
+        grouped.setdefault(event.kind, []).append(event)
+    return ", ".join(
+        f"{len(group)} × {name}" if len(group) > MAX_LISTED else ", ".join(map(str, group))
+        for name, group in grouped.items()
+    )
 
 
 def list_events(floor: Floor, previous: Floor, *, is_new_building: bool = False) -> list[Event]:

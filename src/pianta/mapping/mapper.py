@@ -41,6 +41,8 @@ from pianta.rooms.model import RoomModel
 
 # All chosen by hand.
 SHAPE_MARGIN = 0.3  # m around a predicted shape, in which nothing has changed if it stays
+MAX_PREDICTED = 3  # shapes that an update predicts; a limit of time, which the first reading does not have
+MAX_OVERLAP = 0.01  # of a predicted shape with other rooms, up to which it stays while it waits
 MAX_READ_SHARE = 0.5  # of the seen cells in windows: from here on the whole map is read
 SAME_WALL_SHARE = 0.5  # of the wall cells are near one still, on a map of the same building in the same frame
 
@@ -101,6 +103,11 @@ class Mapper:
         Model of the types of maps; None for the one that comes with pianta.
     predict_partial
         Whether to predict the whole shape of rooms that were seen in part.
+    labels
+        Whether to predict the labels of rooms and the type of the building.
+    previous
+        The floor of an earlier run, whose ids rooms keep; None without one. `load` continues a run with its
+        beliefs.
 
     Raises
     ------
@@ -130,10 +137,14 @@ class Mapper:
         room_model: RoomModel | None = None,
         type_model: MapTypeModel | None = None,
         predict_partial: bool = True,
+        labels: bool = True,
+        previous: Floor | None = None,
     ) -> None:
         check_argument(room_model, (RoomModel, type(None)), "room_model", "a model of train_rooms or load_model")
+        check_argument(previous, (Floor, type(None)), "previous", "a Floor of read_floor")
         self.building_type = None if building_type is None else standard_building_type(building_type)
-        self.room_model, self.type_model, self.predict_partial = room_model, type_model, predict_partial
+        self.room_model, self.type_model = room_model, type_model
+        self.predict_partial, self.labels, self.previous = predict_partial, labels, previous
         self.state: MapState | None = None
 
     def update(self, grid: GridMap, *, time: float | None = None) -> MapUpdate:
@@ -175,15 +186,16 @@ class Mapper:
             before = None
         # The whole shape of rooms that were seen in part (section 8.2)
         floor, types = reading.floor, {} if before is None else before.types
+        waiting: tuple[int, ...] = ()
         if self.predict_partial:
-            floor = _predict_shapes(floor, grid, before, reading.changed)
+            floor, waiting = _predict_shapes(floor, grid, before, reading.changed)
         # What kind of building it is (chapter 6), and what each room is for (chapters 4 and 5): beliefs over readings
-        if reading.share:
+        if self.labels and reading.share:
             floor, types = self._believe(floor, before)
         previous = EMPTY_FLOOR if before is None else before.floor
         events = list_events(floor, previous, is_new_building=not reading.is_same_building)
         old = [] if self.state is None else [self.state.floor, *self.state.earlier]
-        self.state = MapState(grid, floor, tuple(old[: len(EARLIER_FILES)]), types, time, self.building_type)
+        self.state = MapState(grid, floor, tuple(old[: len(EARLIER_FILES)]), types, time, self.building_type, waiting)
         return _describe(self.state, events, reading.share)
 
     def update_patch(self, patch: GridMap, *, time: float | None = None) -> MapUpdate:
@@ -256,6 +268,7 @@ class Mapper:
         room_model: RoomModel | None = None,
         type_model: MapTypeModel | None = None,
         predict_partial: bool = True,
+        labels: bool = True,
     ) -> Mapper:
         """Go on from a folder of `save`.
 
@@ -263,7 +276,7 @@ class Mapper:
         ----------
         folder
             That of `save`.
-        room_model, type_model, predict_partial
+        room_model, type_model, predict_partial, labels
             As of `Mapper`.
 
         Returns
@@ -282,6 +295,7 @@ class Mapper:
             room_model=room_model,
             type_model=type_model,
             predict_partial=predict_partial,
+            labels=labels,
         )
         mapper.state = state
         return mapper
@@ -295,7 +309,8 @@ class Mapper:
         """The floor of a map, of which only changes are read if most of it is as before."""
         read, state = partial(find_rooms, method=DEFAULT_METHOD), self.state
         if state is None:
-            return _NewReading(round_floor(read(grid)))
+            floor = read(grid)
+            return _NewReading(round_floor(keep_room_ids(floor, self.previous) if self.previous else floor))
         cells, before = classify_cells(grid), None
         if have_same_frame(grid, state.grid):
             before = put_on_grid(state.grid, grid)
@@ -304,7 +319,8 @@ class Mapper:
             if not windows:
                 return _NewReading(state.floor, 0.0, np.zeros((0, 2)))
             share = _measure_share(cells, windows)
-            if share <= MAX_READ_SHARE:
+            # A map that is unknown everywhere is read as a whole, which says what is wrong with it
+            if 0 < share <= MAX_READ_SHARE:
                 bare = replace(state.floor, rooms=tuple(map(_strip, state.floor)))
                 floor = keep_room_ids(read_windows(grid, windows, bare, read), state.floor, earlier=state.earlier)
                 return _NewReading(round_floor(floor), share, _list_points(grid, is_changed))
@@ -361,19 +377,31 @@ def _is_same_building(floor: Floor, cells: NDArray[np.int8], before: NDArray[np.
     return True
 
 
-def _predict_shapes(floor: Floor, grid: GridMap, before: MapState | None, changed: Floats | None) -> Floor:
-    """The floor with predicted shapes of partial rooms; where nothing has changed, those before stay.
+def _predict_shapes(
+    floor: Floor, grid: GridMap, before: MapState | None, changed: Floats | None
+) -> tuple[Floor, tuple[int, ...]]:
+    """The floor with predicted shapes of partial rooms, and the ids of those whose shape waits for another update.
 
-    changed: x, y of the changed cells, shape (N, 2); None for all.
+    Where nothing has changed, the shapes before stay. changed: x, y of the changed cells, shape (N, 2); None for all.
     """
     old = {room.id: room for room in before.floor} if before and changed is not None else {}
-    same = {room.id: each for room in floor if (each := _keep_shape(room, old.get(room.id), changed)) is not None}
+    waiting = () if before is None else before.waiting
+    same = {
+        room.id: each
+        for room in floor
+        if room.id not in waiting and (each := _keep_shape(room, old.get(room.id), changed)) is not None
+    }
+    pending = [room.id for room in floor if room.partial and room.id not in same]
+    pending.sort(key=lambda room_id: waiting.index(room_id) if room_id in waiting else len(waiting))
+    left = () if before is None else tuple(pending[MAX_PREDICTED:])
+    same |= {room_id: let_wait(floor[room_id], old.get(room_id), floor) for room_id in left}
     # What was predicted before counts as a room
     rooms = [replace(_strip(same[room.id]), partial=False) if room.id in same else room for room in floor]
-    rooms = [replace(room, polygon=same[room.id].predicted) if room.id in same else room for room in rooms]
+    shapes = {room_id: room.predicted or room.polygon for room_id, room in same.items()}
+    rooms = [replace(room, polygon=shapes.get(room.id, room.polygon)) for room in rooms]
     predicted = predict_partial_rooms(replace(floor, rooms=tuple(rooms)), grid)
     rooms = [same.get(room.id, new) for room, new in zip(floor, predicted, strict=True)]
-    return round_floor(replace(floor, rooms=tuple(rooms)))
+    return round_floor(replace(floor, rooms=tuple(rooms))), left
 
 
 def _keep_shape(room: Room, before: Room | None, changed: Floats | None) -> Room | None:
@@ -383,9 +411,23 @@ def _keep_shape(room: Room, before: Room | None, changed: Floats | None) -> Room
     near = before.predicted.buffer(SHAPE_MARGIN)
     if not near.contains(room.polygon) or shapely.contains_xy(near, changed).any():
         return None
-    shape = before.predicted.union(room.polygon)
-    is_one = isinstance(shape, Polygon)
-    return replace(room, predicted=shape, confidence=before.confidence) if is_one else None
+    return _extend_shape(room, before)
+
+
+def let_wait(room: Room, before: Room | None, floor: Floor) -> Room:
+    """A partial room with the shape before, as long as it overlaps no other room, else without one."""
+    extended = None if before is None else _extend_shape(room, before)
+    if extended is None or extended.predicted is None:
+        return room
+    others = [other.polygon for other in floor if other.id != room.id and other.polygon.intersects(extended.predicted)]
+    overlap = shapely.area(shapely.intersection(others, extended.predicted)).sum()
+    return extended if overlap <= MAX_OVERLAP * extended.predicted.area else room
+
+
+def _extend_shape(room: Room, before: Room) -> Room | None:
+    """The room with the shape that was predicted before, joined with its observed part; None if these are not one."""
+    shape = None if before.predicted is None else before.predicted.union(room.polygon)
+    return replace(room, predicted=shape, confidence=before.confidence) if isinstance(shape, Polygon) else None
 
 
 def _strip(room: Room) -> Room:

@@ -32,7 +32,8 @@ class MapState:
     """What a mapper knows.
 
     grid: the last map. floor: its floor, with beliefs. earlier: floors before it, the newest first. types: the belief
-    over types. time: of the map, seconds, None if unknown. building_type: given by the user, None if unknown.
+    over types. time: of the map, seconds, None if unknown. building_type: given by the user, None if unknown. waiting:
+    ids of partial rooms whose shape is to be predicted, that which waits longest first.
     """
 
     grid: GridMap
@@ -41,6 +42,7 @@ class MapState:
     types: Mapping[str, float] = field(default_factory=dict)
     time: float | None = None
     building_type: str | None = None
+    waiting: tuple[int, ...] = ()
 
 
 class _File(BaseModel):
@@ -50,6 +52,7 @@ class _File(BaseModel):
     time: Annotated[float, Field(allow_inf_nan=False)] | None
     building_type: str | None
     earlier: Annotated[int, Field(ge=0, le=len(EARLIER_FILES))]
+    waiting: list[int] = []
 
 
 def save_state(state: MapState, folder: Path) -> None:
@@ -63,6 +66,7 @@ def save_state(state: MapState, folder: Path) -> None:
         "time": state.time,
         "building_type": state.building_type,
         "earlier": len(state.earlier),
+        "waiting": list(state.waiting),
     }
     with atomic_folder(folder, optional=EARLIER_FILES) as temporary:
         state.grid.save(temporary / MAP_FILE)
@@ -86,6 +90,7 @@ def read_state(folder: Path) -> MapState:
         content.types,
         content.time,
         content.building_type,
+        tuple(content.waiting),
     )
 
 

@@ -233,14 +233,12 @@ class Reader:
     def _reconstruct(self, grid: GridMap, path: str | Path) -> StoreyReading:
         """The unlabelled floor of a map; warns of an implausible one."""
         from pianta.layout.reconstruct import reconstruct
-        from pianta.reading._plausibility import describe_implausible_reading, describe_inverted_greys
 
         try:
             floor = reconstruct(grid, **self._choose("method", "parameters", "as_printed", "predict_partial"))
         except PiantaError as error:
-            reasons = "; ".join([str(error), *describe_inverted_greys(grid)])
-            raise type(error)(f"map {short_repr(path)}: {reasons}") from error
-        _warn(path, describe_implausible_reading(floor, grid))
+            raise explain_map_fault(error, grid, path) from error
+        warn_of_implausible_map(floor, grid, path)
         return StoreyReading(floor, grid)
 
     def _read_plan(self, path: str | Path, image: DecodedImage | None) -> list[StoreyReading]:
@@ -302,9 +300,19 @@ def _describe_missing_doors(floor: Floor) -> list[str]:
     return ["graph: doors between rooms are not drawn on this plan, or none was found, so that no rooms are joined"]
 
 
-def _warn(path: str | Path, messages: Iterable[str]) -> None:
-    """Issue messages about a map as warnings."""
-    for message in messages:
+def explain_map_fault(error: PiantaError, grid: GridMap, path: str | Path) -> PiantaError:
+    """The error of a map that cannot be read, with its path and what may be the reason."""
+    from pianta.reading._plausibility import describe_inverted_greys
+
+    reasons = "; ".join([str(error), *describe_inverted_greys(grid)])
+    return type(error)(f"map {short_repr(path)}: {reasons}")
+
+
+def warn_of_implausible_map(floor: Floor, grid: GridMap, path: str | Path) -> None:
+    """Warn of what is implausible about a map and its floor."""
+    from pianta.reading._plausibility import describe_implausible_reading
+
+    for message in describe_implausible_reading(floor, grid):
         warnings.warn(MapWarning(f"map {short_repr(path)}: {message}"), stacklevel=2)
 
 

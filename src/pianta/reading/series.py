@@ -12,12 +12,11 @@ from pianta.io._files import MAX_CELLS, short_repr
 from pianta.io._folders import check_output_folder
 from pianta.io.bags import is_bag, iterate_bag
 from pianta.reading._reader import Reader, ReadOptions
+from pianta.reading.growing_map import GrowingMap
 from pianta.reading.read import Failure
 from pianta.reading.reading import Reading, check_corrections
 
 MIN_DIGITS = 3  # of the number of a folder
-# Floors before the previous one whose ids rooms can get back; chosen by hand.
-MAX_EARLIER = 3
 
 
 def read_series(
@@ -30,8 +29,10 @@ def read_series(
 ) -> Iterator[Reading | Failure]:
     """Read all maps of a bag, one after another, as the map of a building that grows.
 
-    Each map is read with the floor of the one before as the previous one, so that rooms keep their ids. A map that is
-    equal to the one before is left out.
+    Rooms keep their ids from map to map. A `Mapper` reads what has changed on each map, and carries its beliefs about
+    labels and the type on, unless an option is given that it does not have (`method`, `parameters`, `as_printed`,
+    `words`, `building_model`, `label_unknown`, `earlier`), or people have named rooms of the previous floor: then each
+    map is read as a whole. A map that is equal to the one before is left out.
 
     Parameters
     ----------
@@ -77,6 +78,7 @@ def _read_maps(
     reader: Reader, path: Path, out: Path | None, *, walls: bool, graph: bool
 ) -> Iterator[Reading | Failure]:
     limit = reader.options.get("max_cells", MAX_CELLS)
+    growing = GrowingMap(reader)
     grids = iterate_bag(path, topic=reader.options.get("topic"), max_cells=limit)
     for number, grid in enumerate(grids, start=1):
         folder = None if out is None else out / f"{number:0{MIN_DIGITS}}"
@@ -86,14 +88,10 @@ def _read_maps(
         try:
             if folder is not None:
                 check_corrections(folder)
-            reading = reader.read_grid(grid, path)
+            reading = growing.read(grid, path)
             if folder is not None:
                 reading.save(folder, walls=walls, graph=graph)
         except PiantaError as error:
             yield Failure(path, type(error)(f"map {number} of {short_repr(path)}: {error}"))
             continue
-        # What people have corrected is in the floor that was read, and needs no further correction
-        before = (reader.previous, *reader.earlier) if reader.previous else ()
-        earlier = tuple(floor for floor in before if floor is not None)[:MAX_EARLIER]
-        reader = replace(reader, previous=reading.floor, earlier=earlier, corrected=None)
         yield replace(reading, folder=folder)

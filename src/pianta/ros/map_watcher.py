@@ -10,6 +10,7 @@ from pianta.gridmap import GridMap
 from pianta.io.bags import is_same_map
 from pianta.io.graphs import FLOOR_FILE
 from pianta.reading._reader import Reader, ReadOptions, open_corrected, read_previous
+from pianta.reading.growing_map import GrowingMap
 from pianta.reading.reading import Reading
 
 
@@ -25,6 +26,7 @@ class MapWatcher:
     out: Path
     source: str
     last: GridMap | None = field(default=None, init=False)
+    growing: GrowingMap | None = field(default=None, init=False)
 
     @classmethod
     def make(cls, out: str | Path, source: str, **options: Unpack[ReadOptions]) -> MapWatcher:
@@ -39,10 +41,16 @@ class MapWatcher:
         if self.last is not None and is_same_map(grid, self.last):
             return None
         self.last = grid
-        reader = self.reader
-        if (self.out / FLOOR_FILE).is_file():
-            # What people have corrected meanwhile stays
-            reader = replace(reader, previous=read_previous(self.out), corrected=open_corrected(self.out))
-        reading = reader.read_grid(grid, self.source)
+        reading = self._choose_readings().read(grid, self.source)
         reading.save(self.out)
         return replace(reading, folder=self.out)
+
+    def _choose_readings(self) -> GrowingMap:
+        """Those so far; new ones at the start, and if people have corrected the folder."""
+        has_floor = (self.out / FLOOR_FILE).is_file()
+        corrected = open_corrected(self.out) if has_floor else None
+        if self.growing is None or corrected is not None:
+            # What people have corrected meanwhile stays
+            previous = read_previous(self.out) if has_floor else self.reader.previous
+            self.growing = GrowingMap(replace(self.reader, previous=previous, corrected=corrected))
+        return self.growing

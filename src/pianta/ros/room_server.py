@@ -19,6 +19,7 @@ from pianta.io.floors import describe_floor
 from pianta.io.grid_messages import GridMessage, MapBuilder
 from pianta.plot.styles import style_rooms
 from pianta.reading._reader import Reader, ReadOptions
+from pianta.reading.growing_map import GrowingMap
 from pianta.reading.reading import Reading
 
 logger = logging.getLogger(__name__)
@@ -42,10 +43,10 @@ class RoomMarker:
 class RoomServer:
     """The building of the last map, and the answers about it.
 
-    reader: the options of reading. The state changes in `update` alone, as a whole, so that callbacks may run together.
+    growing: the readings so far. The state changes in `update` alone, as a whole, so that callbacks may run together.
     """
 
-    reader: Reader
+    growing: GrowingMap
     reading: Reading | None = field(default=None, init=False)
 
     @classmethod
@@ -54,7 +55,7 @@ class RoomServer:
         options: ReadOptions = {"labels": labels}
         if building_type:
             options["building_type"] = building_type
-        return cls(Reader.make(**options))
+        return cls(GrowingMap(Reader.make(**options)))
 
     def update(self, message: GridMessage, log: Callable[[str], object] = logger.warning) -> bool:
         """Read the map of a nav_msgs/OccupancyGrid; whether there is a new building, with the ids of the last one.
@@ -65,10 +66,7 @@ class RoomServer:
             grid = MapBuilder.from_message(message).build("map")
             if self.reading is not None and is_same_map(grid, self.reading.grid):
                 return False
-            reader = self.reader
-            if self.reading is not None:
-                reader = Reader(reader.options, reader.labelling, self.reading.floor, ())
-            self.reading = reader.read_grid(grid, "map")
+            self.reading = self.growing.read(grid, "map")
         except PiantaError as error:
             log(str(error))
             return False

@@ -17,6 +17,7 @@ from pianta.building_types.description import describe_building
 from pianta.errors import DataError, OptionError, PiantaError
 from pianta.floor import Floor
 from pianta.generation.drawing.draw import draw_plan
+from pianta.generation.drawing.programme import LEAST_WINDOW
 from pianta.generation.generate import generate
 from pianta.generation.room_shapes import ROOM_MEASURES, describe_shapes
 from pianta.generation.type_model import MIN_FLOORS, TypeModel, learn_type, prepare_room_graph
@@ -255,6 +256,15 @@ def _rate_realism(
         for part, floor, reference in rated:
             typicality = reference.assess(floor).typicality
             results.add(part, floor.source, {"typicality": typicality}, label_set=str(LabelSet(label_set)))
+
+
+def find_lit_shares(floors: Sequence[Floor]) -> dict[str, float]:
+    """The share of the rooms of each label that have windows: enough outer wall for them."""
+    lit: dict[str, list[bool]] = {}
+    for floor in floors:
+        for _, room in describe_shapes(floor).nodes(data=True):
+            lit.setdefault(str(room["label"]), []).append(room["outer_wall"] >= LEAST_WINDOW)
+    return {label: sum(each) / len(each) for label, each in lit.items()}
 
 
 def list_sizes(floors: Sequence[Floor]) -> dict[str, tuple[list[float], list[float]]]:

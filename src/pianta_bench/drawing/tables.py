@@ -9,6 +9,7 @@ from statistics import median
 
 from scipy.stats import ks_2samp
 
+from pianta.generation.drawing.programme import LEAST_WINDOW
 from pianta_bench.drawing.circle import DOORS, ROOMS, SAME, SAME_LABELLED, SCANS
 from pianta_bench.drawing.measure import (
     ALL_DOORS,
@@ -24,6 +25,7 @@ from pianta_bench.drawing.measure import (
     SECONDS,
     WITHHELD,
     WORLDS,
+    find_lit_shares,
     list_sizes,
 )
 from pianta_bench.harness.records import Record, Results
@@ -37,6 +39,7 @@ SHARE, SMALL_SHARE, DOOR_SHARE = (
     "doors of the graph, %",
 )
 LARGEST_TIME = "longest, s"
+LIT = "windows, %"
 
 
 def share_of(values: Sequence[float | None]) -> Cell:
@@ -70,10 +73,11 @@ SIZES = Table(
     rows=("label", "part"),
     columns=("metric",),
     summarise=Cell.only,
-    digits={"area": 1, "aspect": 2, "p of areas": 2, "p of aspects": 2},
+    digits={"area": 1, "aspect": 2, "p of areas": 3, "p of aspects": 3, LIT: 0},
     notes=(
         "Medians, m², and p of the test of Kolmogorov and Smirnov. aspect: longer side",
-        "of the smallest rectangle around a room over the shorter one.",
+        "of the smallest rectangle around a room over the shorter one. Windows: rooms",
+        f"with {LEAST_WINDOW:g} m of outer wall.",
     ),
 )
 REALISM = Table(
@@ -154,10 +158,12 @@ def _summarise(results: Results) -> Iterator[Record]:
 def _compare_sizes(results: Results) -> Iterator[Record]:
     """Medians of areas and aspects by label, and p of their tests against real ones."""
     sizes = {part: list_sizes(floors) for part, floors in results.objects["floors"].items()}
+    lit = {part: find_lit_shares(floors) for part, floors in results.objects["floors"].items()}
     real = sizes[REAL]
     for label in sorted(real, key=lambda name: (-len(real[name][0]), name))[:LABELS]:
         for part in (REAL, *SOURCES):
             own = sizes[part].get(label)
+            yield {"part": part, "metric": LIT, "label": label, "value": 100 * lit[part][label] if own else None}
             for number, metric in enumerate(("area", "aspect")):
                 value = median(own[number]) if own else None
                 yield {"part": part, "metric": metric, "label": label, "value": value}
