@@ -298,7 +298,7 @@ class TestDrawPlan:
                 room["area"] = 200.0 if number == 3 else 50.0
         model, graph = learn_type(graphs, SCHOOL), join_wings(("C" * 8 + "S",), (), source="")
         large = [sample_areas(graph, model, rng, from_one_floor=True)[1] > 100 for _ in range(800)]
-        followed = (8 * 0.1 + 1 * 1.0 + 1 * 0.25) / 10
+        followed = (8**2 * 0.1 + 1 * 1.0 + 1 * 0.25) / 66
         assert np.mean(large) == pytest.approx(0.75 * followed + 0.25 * 0.1, abs=0.04)
 
     def test_corridors_with_more_wall_beside_them_are_larger(self, rng):
