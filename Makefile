@@ -54,6 +54,7 @@ docs: $(READY)  ## draw the pictures of README and docs again
 	$(BIN)/python docs/draw_generation.py
 	$(BIN)/python docs/draw_prediction.py
 	$(BIN)/python docs/draw_exploration.py
+	$(BIN)/python docs/draw_mapping.py
 	$(BIN)/python docs/draw_plans.py
 	$(BIN)/python docs/draw_patterns.py
 	$(BIN)/python docs/draw_navigation.py

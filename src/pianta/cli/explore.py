@@ -142,7 +142,9 @@ def explore_world(
     names = []
     if out is not None:
         with stderr.status("drawing, and reading maps"):
-            names = _save_exploration(run, opened, out, animation, step_names, title=(world, policy))
+            names = _save_exploration(
+                run, opened, out, animation, step_names, title=(world, policy), mapper=_make_mapper(model)
+            )
     if not quiet:
         _print_exploration(run, policy, find)
         if mapper is not None:
@@ -251,9 +253,19 @@ def _tracking(*, quiet: bool) -> Iterator[Callable[[float], None]]:
 
 
 def _save_exploration(
-    run: Exploration, world: World, out: Path, animation: str, steps: list[str], *, title: tuple[str, str]
+    run: Exploration,
+    world: World,
+    out: Path,
+    animation: str,
+    steps: list[str],
+    *,
+    title: tuple[str, str],
+    mapper: Mapper,
 ) -> list[str]:
-    """Write table, picture, animation and steps, all or none; their names. title: of the world, and of the policy."""
+    """Write table, picture, animation and steps, all or none; their names.
+
+    title: of the world, and of the policy. mapper: reads the maps of the steps.
+    """
     from pianta.exploration.steps import FILE_NAME, save_steps
     from pianta.plot.exploration import draw_exploration, save_animation
     from pianta.plot.figure import save_figure
@@ -265,7 +277,7 @@ def _save_exploration(
         for name in names[2:]:
             save_animation(run, world, new / name, file_format=animation)
         if steps:
-            save_steps(run, steps, new, world=title[0], policy=title[1])
+            save_steps(run, steps, new, world=title[0], policy=title[1], mapper=mapper)
     return [*names, FILE_NAME, "step-*"] if steps else names
 
 

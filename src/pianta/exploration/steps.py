@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import warnings
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Literal
@@ -12,7 +13,7 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
 
-from pianta.errors import DataError, MapWarning, OptionError
+from pianta.errors import DataError, MapError, MapWarning, OptionError
 from pianta.exploration.record import Exploration
 from pianta.floor import Floor
 from pianta.gridmap import UNKNOWN, GridMap
@@ -21,9 +22,7 @@ from pianta.io._faults import validation_as
 from pianta.io._files import atomic_file
 from pianta.io.floors import save_floor
 from pianta.io.maps import save_npz_map
-from pianta.layout.reconstruct import reconstruct
-from pianta.layout.room_ids import keep_room_ids
-from pianta.rooms.label import label_rooms
+from pianta.mapping.mapper import Mapper
 
 FORMAT = FileFormat("pianta exploration", 1)
 FILE_NAME = "exploration.json"
@@ -39,7 +38,7 @@ DIGITS = 3
 class Step:
     """What is known at a scan.
 
-    scan: its number, from 0. grid: the map. floor: what the map reads as; a room has the id that it had before.
+    scan: its number, from 0. grid: the map. floor: what a mapper makes of the maps until then; a room keeps its id.
     """
 
     scan: int
@@ -61,30 +60,32 @@ def choose_scans(run: Exploration, count: int) -> list[int]:
     return sorted([*sorted(scans)[:-1], last] if count > 1 else [last] * count)
 
 
-def read_steps(run: Exploration, count: int) -> Iterator[Step]:
-    """Read the map of a run at this number of scans, as `pianta read` does; a floor may have no rooms yet."""
-    previous: Floor | None = None
+def read_steps(run: Exploration, count: int, mapper: Mapper | None = None) -> Iterator[Step]:
+    """What a mapper makes of the map of a run at this number of scans; a floor may have no rooms yet.
+
+    mapper: one without a map; None for one that does not know the type of the building.
+    """
+    mapper = mapper or Mapper()
     for scan in choose_scans(run, count):
         cells = np.where((run.scan_of_cell >= 0) & (run.scan_of_cell <= scan), run.map.cells, UNKNOWN)
         grid = GridMap(cells.astype(np.int8), run.map.resolution, run.map.origin)
-        with warnings.catch_warnings():
-            # Of a map that is not finished, nothing that it lacks is worth a warning.
+        # Of a map that is not finished, nothing that it lacks is worth a warning or an error
+        with warnings.catch_warnings(), suppress(MapError):
             warnings.simplefilter("ignore", MapWarning)
-            floor = label_rooms(reconstruct(grid))
-        if previous is not None and floor.rooms:
-            floor = keep_room_ids(floor, previous)
-        previous = floor if floor.rooms else previous
-        yield Step(scan, grid, replace(floor, source=f"scan {scan + 1}"))
+            mapper.update(grid)
+        yield Step(scan, grid, replace(mapper.floor, source=f"scan {scan + 1}"))
 
 
-def save_steps(run: Exploration, names: list[str], folder: Path, *, world: str, policy: str) -> None:
+def save_steps(
+    run: Exploration, names: list[str], folder: Path, *, world: str, policy: str, mapper: Mapper | None = None
+) -> None:
     """Write exploration.json, and the map and the floor of each step as NAME.npz and NAME.geojson.
 
     names: of the steps, as many as are wanted; with fewer scans the last names are not used. world, policy: for the
-    reader of the file.
+    reader of the file. mapper: as of `read_steps`.
     """
     steps = []
-    for name, step in zip(names, read_steps(run, len(names)), strict=False):
+    for name, step in zip(names, read_steps(run, len(names), mapper), strict=False):
         save_npz_map(step.grid, folder / f"{name}.npz")
         save_floor(step.floor, folder / f"{name}.geojson")
         steps.append(
