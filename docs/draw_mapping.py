@@ -64,7 +64,10 @@ def main() -> None:
     stages = [next(each for each in way if each.share >= share - 1e-9) for share in SHARES]
     for ax, hypothesis in zip(figure.subplots(1, len(SHARES)).flat, stages, strict=True):
         plot_hypothesis(hypothesis, extent, ax=ax)
-    below = add_shared_legend(figure, [replace(each.floor, furniture=()) for each in stages], schemas=SCHEMAS) / figure.get_figheight()
+    below = (
+        add_shared_legend(figure, [replace(each.floor, furniture=()) for each in stages], schemas=SCHEMAS)
+        / figure.get_figheight()
+    )
     figure.subplots_adjust(left=0.005, right=0.995, top=0.93, bottom=below, wspace=0.02)
     save(figure, IMAGES / "mapping.png")
     shares = np.array([each.share for each in way])

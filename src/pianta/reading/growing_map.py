@@ -4,21 +4,21 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from pianta.errors import PiantaError
 from pianta.floor import Floor
 from pianta.gridmap import GridMap
 from pianta.labels import SCHEMAS
 from pianta.layout.reconstruct import DEFAULT_METHOD
-from pianta.mapping.events import EventKind, describe_events
-from pianta.mapping.mapper import Mapper
 from pianta.reading._reader import Reader, describe_ids, explain_map_fault, warn_of_implausible_map
 from pianta.reading.reading import Reading, StoreyReading
 
+if TYPE_CHECKING:
+    from pianta.mapping.mapper import Mapper
+
 # Floors before the previous one whose ids rooms can get back; chosen by hand.
 MAX_EARLIER = 3
-# Events that the line about ids has already
-ID_EVENTS = {EventKind.NEW_ROOM, EventKind.LOST_ROOM}
 
 
 @dataclass
@@ -48,6 +48,9 @@ class GrowingMap:
         return reading
 
     def _update(self, mapper: Mapper, grid: GridMap, path: str | Path) -> Reading:
+        # Imported late, because its imports are slow
+        from pianta.mapping.events import EventKind, describe_events
+
         previous = self.reader.previous
         try:
             update = mapper.update(grid)
@@ -55,7 +58,8 @@ class GrowingMap:
             raise explain_map_fault(error, grid, path) from error
         warn_of_implausible_map(update.floor, grid, path)
         messages = [] if previous is None else [describe_ids(update.floor, previous, self.reader.earlier)]
-        events = [event for event in update.events if event.kind not in ID_EVENTS]
+        # The line about ids has the rooms that are new and gone
+        events = [event for event in update.events if event.kind not in {EventKind.NEW_ROOM, EventKind.LOST_ROOM}]
         messages += [describe_events(events)] if messages and events else []
         labelling = self.reader.labelling
         storey = StoreyReading(
@@ -75,6 +79,9 @@ def _make_mapper(reader: Reader) -> Mapper | None:
     is_corrected = reader.corrected or (reader.previous and _has_words(reader.previous))
     if not is_usual or options.get("parameters") or has_own_labels or is_corrected or reader.earlier:
         return None
+    # Imported late, because its imports are slow
+    from pianta.mapping.mapper import Mapper
+
     return Mapper(
         building_type=labelling.building_type if labelling else None,
         room_model=labelling.rooms if labelling else None,
