@@ -22,7 +22,7 @@ from time import sleep
 import numpy as np
 
 import pianta
-from pianta.errors import MapError
+from pianta.errors import PiantaError
 from pianta.gridmap import UNKNOWN, GridMap
 from pianta.mapping.mapper import Mapper
 
@@ -95,7 +95,7 @@ def kill(folder: Path, updates: int, kills: int) -> None:
         last = max([last, *numbers])
         check(folder, last)
     print(
-        f"{kills} kills, {starts} starts, {updates} updates, no state damaged or older than the last one",
+        f"{killed} kills, {starts} starts, {updates} updates, no state damaged or older than the last one",
         file=sys.stderr,
     )
 
@@ -106,7 +106,7 @@ def check(folder: Path, last: int) -> None:
         return
     try:
         state = Mapper.load(folder).state
-    except MapError as error:
+    except PiantaError as error:
         sys.exit(f"damaged after update {last}: {error}")
     if state is None or state.time is None or state.time < last:
         sys.exit(f"update {last} was saved, and the state is of {state and state.time}")

@@ -19,7 +19,7 @@ from pianta.exploration.policies import make_policy
 from pianta.exploration.record import Exploration
 from pianta.exploration.world import build_world
 from pianta.floor import Floor
-from pianta.gridmap import UNKNOWN, GridMap
+from pianta.gridmap import GridMap
 from pianta.labels import SCHEMAS
 from pianta.mapping.mapper import Mapper
 from pianta.plot.floor import plot_floor
@@ -28,9 +28,9 @@ from pianta.plot.plan_sheet import add_shared_legend
 from pianta.rooms.training import train_rooms
 from pianta_bench.data.annotated_floors import read_annotated_buildings, set_building_type
 from pianta_bench.data.folders import find_data
+from pianta_bench.online.measure import choose_update_scans
 
 ITEM = "bluefieldschoolfirstfloor"
-EVERY = 3.0  # m between updates
 SHARES = (0.25, 0.5, 0.75, 1.0)  # of the area
 FRAMES = 24
 FRAME_SIZE = (5.0, 5.4)  # inches
@@ -77,15 +77,11 @@ def main() -> None:
 
 def follow(mapper: Mapper, run: Exploration) -> Iterator[Hypothesis]:
     """The hypotheses of a mapper that gets the map every few metres, and at the end."""
-    last = len(run.distance) - 1
-    updated = -np.inf
-    for scan, metres in enumerate(run.distance.tolist()):
-        if scan == 0 or (metres - updated < EVERY and scan < last):
-            continue
-        updated = metres
-        cells = np.where((run.scan_of_cell >= 0) & (run.scan_of_cell <= scan), run.map.cells, UNKNOWN)
-        grid = GridMap(cells, run.map.resolution, run.map.origin)
-        yield Hypothesis(float(run.share[scan] / run.share[-1]), metres, mapper.update(grid).floor, grid)
+    # At the first scan the robot sees no room yet
+    for scan in choose_update_scans(run)[1:]:
+        grid = run.map_at(scan)
+        share, metres = float(run.share[scan] / run.share[-1]), float(run.distance[scan])
+        yield Hypothesis(share, metres, mapper.update(grid).floor, grid)
 
 
 def plot_hypothesis(hypothesis: Hypothesis, extent: Extent, *, ax: Axes) -> Axes:

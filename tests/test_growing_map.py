@@ -5,8 +5,10 @@ from typing import Unpack
 
 import numpy as np
 import pytest
+from shapely import box
 
 import pianta
+from pianta.errors import MapWarning
 from pianta.mapping.events import Event, EventKind, describe_events
 from pianta.reading._reader import Reader, ReadOptions
 from pianta.reading.growing_map import GrowingMap
@@ -44,6 +46,11 @@ class TestGrowingMap:
         moved = replace(floor, rooms=rooms, doors=(), last_id=200)
         again = make(labels=False, previous=moved).read(grids[1], "map").floor
         assert {room.id for room in moved} < {room.id for room in again}
+
+    def test_a_floor_of_another_building_is_a_warning(self, grids):
+        growing = make(labels=False, previous=pianta.Floor((pianta.Room(1, box(500, 500, 501, 560)),)))
+        with pytest.warns(MapWarning, match="map 'map' has no room in common with the floor of previous="):
+            growing.read(grids[1], "map")
 
     @pytest.mark.parametrize(
         "options",

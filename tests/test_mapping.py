@@ -13,7 +13,7 @@ from pianta.errors import MapError, MapWarning
 from pianta.mapping.beliefs import choose_announced, choose_type, measure_trust, update_belief
 from pianta.mapping.changed_parts import have_same_frame, list_windows, put_on_grid
 from pianta.mapping.events import Event, EventKind, list_events
-from pianta.mapping.mapper import let_wait
+from pianta.mapping.partial_shapes import let_wait
 
 SHUT = 100
 
@@ -190,7 +190,7 @@ class TestUpdates:
 
 class TestShapesThatWait:
     def test_an_update_predicts_few_shapes_and_the_next_ones_the_others(self, grid, tmp_path, monkeypatch):
-        monkeypatch.setattr("pianta.mapping.mapper.MAX_PREDICTED", 1)
+        monkeypatch.setattr("pianta.mapping.partial_shapes.MAX_PREDICTED", 1)
         mapper = Mapper(labels=False)
         mapper.update(reveal(grid, 0.5))
         observed = reveal(grid, 0.55)

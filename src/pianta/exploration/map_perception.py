@@ -19,7 +19,7 @@ from pianta.exploration.record import Record
 from pianta.floor import Floor, Room
 from pianta.gridmap import GridMap
 from pianta.mapping.beliefs import measure_trust
-from pianta.mapping.mapper import Mapper, MapUpdate
+from pianta.mapping.mapper import Mapper
 
 # Both chosen by hand.
 UPDATE_DISTANCE = 3.0  # m that all robots drive between two updates of the building
@@ -28,13 +28,9 @@ OUTLINE_MARGIN = 0.3  # m from a room: cells of a frontier here belong to it, as
 
 @dataclass(eq=False)
 class MapPerception:
-    """Rooms are what a mapper reads from the map, every few metres.
-
-    updates: distance, metres, and the update of the mapper at it.
-    """
+    """Rooms are what a mapper reads from the map, every few metres."""
 
     mapper: Mapper
-    updates: list[tuple[float, MapUpdate]] = field(default_factory=list)
     _updated_at: float = field(init=False, default=-np.inf)
     _room_of_cell: NDArray[np.uint16] = field(init=False, default_factory=lambda: np.zeros((0, 0), np.uint16))
 
@@ -52,7 +48,7 @@ class MapPerception:
         # A robot that has just started sees no room yet
         with suppress(MapError), warnings.catch_warnings():
             warnings.simplefilter("ignore", MapWarning)
-            self.updates.append((distance, self.mapper.update(grid)))
+            self.mapper.update(grid)
             reach = 2 * round(OUTLINE_MARGIN / grid.resolution) + 1
             image = self.mapper.floor.label_image(grid)
             around = np.asarray(cv2.dilate(image, np.ones((reach, reach), np.uint8)), np.uint16)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import ceil, inf
 
 import numpy as np
@@ -86,6 +86,30 @@ class Exploration:
         # The tolerance is for rounding errors of sums of cells.
         reached = np.flatnonzero(self.share >= share - 1e-9)
         return float(self.distance[reached[0]]) if len(reached) else inf
+
+    def map_at(self, scan: int) -> GridMap:
+        """The map that the robots had at a scan.
+
+        Parameters
+        ----------
+        scan
+            Its number, from 0.
+
+        Returns
+        -------
+        GridMap
+            The final map, in which cells that were observed later are unknown.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> import pianta
+        >>> run = pianta.explore(pianta.GridMap(np.zeros((20, 30), int), 0.1))
+        >>> bool((run.map_at(len(run.area) - 1).cells == run.map.cells).all())
+        True
+        """
+        is_observed = (self.scan_of_cell >= 0) & (self.scan_of_cell <= scan)
+        return replace(self.map, cells=np.where(is_observed, self.map.cells, UNKNOWN))
 
 
 @dataclass

@@ -16,7 +16,7 @@ from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
 from pianta.errors import DataError, MapError, MapWarning, OptionError
 from pianta.exploration.record import Exploration
 from pianta.floor import Floor
-from pianta.gridmap import UNKNOWN, GridMap
+from pianta.gridmap import GridMap
 from pianta.io._checked import FileFormat, read_checked
 from pianta.io._faults import validation_as
 from pianta.io._files import atomic_file
@@ -67,8 +67,7 @@ def read_steps(run: Exploration, count: int, mapper: Mapper | None = None) -> It
     """
     mapper = mapper or Mapper()
     for scan in choose_scans(run, count):
-        cells = np.where((run.scan_of_cell >= 0) & (run.scan_of_cell <= scan), run.map.cells, UNKNOWN)
-        grid = GridMap(cells.astype(np.int8), run.map.resolution, run.map.origin)
+        grid = run.map_at(scan)
         # Of a map that is not finished, nothing that it lacks is worth a warning or an error
         with warnings.catch_warnings(), suppress(MapError):
             warnings.simplefilter("ignore", MapWarning)

@@ -10,19 +10,16 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-import shapely
 from numpy.typing import NDArray
-from shapely import Polygon
 
 from pianta._arguments import check_argument
 from pianta._types import Floats, Mask
 from pianta.building import Building, Storey
 from pianta.building_types.map_types import MapTypeModel
 from pianta.errors import FloorError, MapError, MapWarning
-from pianta.floor import Floor, Room, round_floor
+from pianta.floor import Floor, round_floor
 from pianta.gridmap import OCCUPIED, UNKNOWN, GridMap
 from pianta.labels import standard_building_type
-from pianta.layout.partial.predict import predict_partial_rooms
 from pianta.layout.reconstruct import DEFAULT_METHOD, find_rooms
 from pianta.layout.room_ids import find_frame_motion, keep_room_ids
 from pianta.mapping.beliefs import choose_type, update_labels, update_type
@@ -35,14 +32,12 @@ from pianta.mapping.changed_parts import (
     read_windows,
 )
 from pianta.mapping.events import Event, list_events
+from pianta.mapping.partial_shapes import predict_shapes, strip_predictions
 from pianta.mapping.state import EARLIER_FILES, MapState, read_state, save_state
 from pianta.rooms.features import describe_rooms
 from pianta.rooms.model import RoomModel
 
 # All chosen by hand.
-SHAPE_MARGIN = 0.3  # m around a predicted shape, in which nothing has changed if it stays
-MAX_PREDICTED = 3  # shapes that an update predicts; a limit of time, which the first reading does not have
-MAX_OVERLAP = 0.01  # of a predicted shape with other rooms, up to which it stays while it waits
 MAX_READ_SHARE = 0.5  # of the seen cells in windows: from here on the whole map is read
 SAME_WALL_SHARE = 0.5  # of the wall cells are near one still, on a map of the same building in the same frame
 
@@ -188,7 +183,7 @@ class Mapper:
         floor, types = reading.floor, {} if before is None else before.types
         waiting: tuple[int, ...] = ()
         if self.predict_partial:
-            floor, waiting = _predict_shapes(floor, grid, before, reading.changed)
+            floor, waiting = predict_shapes(floor, grid, before, reading.changed)
         # What kind of building it is (chapter 6), and what each room is for (chapters 4 and 5): beliefs over readings
         if self.labels and reading.share:
             floor, types = self._believe(floor, before)
@@ -321,7 +316,7 @@ class Mapper:
             share = _measure_share(cells, windows)
             # A map that is unknown everywhere is read as a whole, which says what is wrong with it
             if 0 < share <= MAX_READ_SHARE:
-                bare = replace(state.floor, rooms=tuple(map(_strip, state.floor)))
+                bare = replace(state.floor, rooms=tuple(map(strip_predictions, state.floor)))
                 floor = keep_room_ids(read_windows(grid, windows, bare, read), state.floor, earlier=state.earlier)
                 return _NewReading(round_floor(floor), share, _list_points(grid, is_changed))
         floor = read(grid)
@@ -375,61 +370,3 @@ def _is_same_building(floor: Floor, cells: NDArray[np.int8], before: NDArray[np.
     except FloorError:
         return False
     return True
-
-
-def _predict_shapes(
-    floor: Floor, grid: GridMap, before: MapState | None, changed: Floats | None
-) -> tuple[Floor, tuple[int, ...]]:
-    """The floor with predicted shapes of partial rooms, and the ids of those whose shape waits for another update.
-
-    Where nothing has changed, the shapes before stay. changed: x, y of the changed cells, shape (N, 2); None for all.
-    """
-    old = {room.id: room for room in before.floor} if before and changed is not None else {}
-    waiting = () if before is None else before.waiting
-    same = {
-        room.id: each
-        for room in floor
-        if room.id not in waiting and (each := _keep_shape(room, old.get(room.id), changed)) is not None
-    }
-    pending = [room.id for room in floor if room.partial and room.id not in same]
-    pending.sort(key=lambda room_id: waiting.index(room_id) if room_id in waiting else len(waiting))
-    left = () if before is None else tuple(pending[MAX_PREDICTED:])
-    same |= {room_id: let_wait(floor[room_id], old.get(room_id), floor) for room_id in left}
-    # What was predicted before counts as a room
-    rooms = [replace(_strip(same[room.id]), partial=False) if room.id in same else room for room in floor]
-    shapes = {room_id: room.predicted or room.polygon for room_id, room in same.items()}
-    rooms = [replace(room, polygon=shapes.get(room.id, room.polygon)) for room in rooms]
-    predicted = predict_partial_rooms(replace(floor, rooms=tuple(rooms)), grid)
-    rooms = [same.get(room.id, new) for room, new in zip(floor, predicted, strict=True)]
-    return round_floor(replace(floor, rooms=tuple(rooms))), left
-
-
-def _keep_shape(room: Room, before: Room | None, changed: Floats | None) -> Room | None:
-    """A partial room with the shape that was predicted before; None if something near it has changed."""
-    if not room.partial or before is None or before.predicted is None or changed is None:
-        return None
-    near = before.predicted.buffer(SHAPE_MARGIN)
-    if not near.contains(room.polygon) or shapely.contains_xy(near, changed).any():
-        return None
-    return _extend_shape(room, before)
-
-
-def let_wait(room: Room, before: Room | None, floor: Floor) -> Room:
-    """A partial room with the shape before, as long as it overlaps no other room, else without one."""
-    extended = None if before is None else _extend_shape(room, before)
-    if extended is None or extended.predicted is None:
-        return room
-    others = [other.polygon for other in floor if other.id != room.id and other.polygon.intersects(extended.predicted)]
-    overlap = shapely.area(shapely.intersection(others, extended.predicted)).sum()
-    return extended if overlap <= MAX_OVERLAP * extended.predicted.area else room
-
-
-def _extend_shape(room: Room, before: Room) -> Room | None:
-    """The room with the shape that was predicted before, joined with its observed part; None if these are not one."""
-    shape = None if before.predicted is None else before.predicted.union(room.polygon)
-    return replace(room, predicted=shape, confidence=before.confidence) if isinstance(shape, Polygon) else None
-
-
-def _strip(room: Room) -> Room:
-    """The room without what is predicted of it."""
-    return replace(room, label=None, labels={}, label_probabilities={}, predicted=None, confidence=None)

@@ -15,7 +15,7 @@ from pianta.exploration.frontiers import border_cells
 from pianta.exploration.record import Exploration
 from pianta.exploration.world import World, as_world
 from pianta.floor import Floor
-from pianta.gridmap import FREE, OCCUPIED, UNKNOWN, GridMap
+from pianta.gridmap import FREE, OCCUPIED, GridMap
 from pianta.io._files import atomic_file
 from pianta.plot.figure import DPI, new_ax, new_figure
 from pianta.plot.grid import FREE_GREY, OCCUPIED_GREY, UNKNOWN_GREY
@@ -190,7 +190,7 @@ def save_animation(
 
 def _color_cells(run: Exploration, world: World, scan: int) -> NDArray[np.uint8]:
     """Colours of cells, RGB of shape (H, W, 3), as robots had mapped them at a scan."""
-    cells = np.where((run.scan_of_cell >= 0) & (run.scan_of_cell <= scan), run.map.cells, UNKNOWN)
+    cells = run.map_at(scan).cells
     greys = np.where(world.blocked, UNKNOWN_GREY, UNEXPLORED_GREY).astype(np.uint8)
     greys[cells == FREE] = FREE_GREY
     greys[cells == OCCUPIED] = OCCUPIED_GREY

@@ -145,7 +145,8 @@ class Reader:
             uncorrected = self._label(uncorrected, self.corrected.uncorrected)
         # Rooms of the previous floor keep their ids
         if self.previous is not None:
-            floor = _keep_ids(floor, self.previous, self.earlier, path)
+            floor = keep_room_ids(floor, self.previous, earlier=self.earlier)
+            warn_of_other_building(floor, self.previous, self.earlier, path)
             messages.append(describe_ids(floor, self.previous, self.earlier))
         # What each room is for (chapters 4 and 5), and what kind of building it is (chapter 6)
         floor = without_labels(self._label(floor, self.previous), corrections, unlabelled)
@@ -406,14 +407,12 @@ def describe_ids(floor: Floor, previous: Floor, earlier: Sequence[Floor] = ()) -
     return f"{line} ({names})" if gone else line
 
 
-def _keep_ids(floor: Floor, previous: Floor, earlier: Sequence[Floor], path: str | Path) -> Floor:
-    """The floor with the ids of the previous ones; warns if they have no room in common."""
-    floor = keep_room_ids(floor, previous, earlier=earlier)
+def warn_of_other_building(floor: Floor, previous: Floor, earlier: Sequence[Floor], path: str | Path) -> None:
+    """Warn if a floor with the ids of previous ones has no room in common with them."""
     old_ids = {room.id for each in (previous, *earlier) for room in each.rooms}
     if old_ids.isdisjoint(room.id for room in floor.rooms):
         message = f"map {short_repr(path)} has no room in common with the floor of previous=, every room got a new id"
         warnings.warn(MapWarning(f"{message}; check that both are of one building"), stacklevel=2)
-    return floor
 
 
 def _describe_matches(symbols: Iterable[PlacedSymbol], folder: Path) -> str:

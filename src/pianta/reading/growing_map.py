@@ -11,7 +11,13 @@ from pianta.floor import Floor
 from pianta.gridmap import GridMap
 from pianta.labels import SCHEMAS
 from pianta.layout.reconstruct import DEFAULT_METHOD
-from pianta.reading._reader import Reader, describe_ids, explain_map_fault, warn_of_implausible_map
+from pianta.reading._reader import (
+    Reader,
+    describe_ids,
+    explain_map_fault,
+    warn_of_implausible_map,
+    warn_of_other_building,
+)
 from pianta.reading.reading import Reading, StoreyReading
 
 if TYPE_CHECKING:
@@ -57,7 +63,10 @@ class GrowingMap:
         except PiantaError as error:
             raise explain_map_fault(error, grid, path) from error
         warn_of_implausible_map(update.floor, grid, path)
-        messages = [] if previous is None else [describe_ids(update.floor, previous, self.reader.earlier)]
+        messages = []
+        if previous is not None:
+            warn_of_other_building(update.floor, previous, self.reader.earlier, path)
+            messages.append(describe_ids(update.floor, previous, self.reader.earlier))
         # The line about ids has the rooms that are new and gone
         events = [event for event in update.events if event.kind not in {EventKind.NEW_ROOM, EventKind.LOST_ROOM}]
         messages += [describe_events(events)] if messages and events else []

@@ -24,7 +24,6 @@ from pianta.exploration.record import Exploration
 from pianta.exploration.world import World, build_world
 from pianta.floor import Floor, Room
 from pianta.generation.type_model import MIN_FLOORS, learn_type, prepare_room_graph
-from pianta.gridmap import UNKNOWN, GridMap
 from pianta.labels import SCHEMAS
 from pianta.mapping.events import Event, EventKind
 from pianta.mapping.mapper import Mapper, MapUpdate
@@ -141,8 +140,8 @@ def _follow(mapper: Mapper, run: Exploration, compared: _Compared, beliefs: list
     history: list[_Comparison] = []
     stages, readings, final = [*STAGES], [], None
     changed, seconds = 0, []
-    for scan in _choose_scans(run):
-        grid = _make_map(run, scan)
+    for scan in choose_update_scans(run):
+        grid = run.map_at(scan)
         start = process_time()
         try:
             update = mapper.update(grid)
@@ -189,20 +188,14 @@ class _Comparison:
     beliefs: list[Belief]
 
 
-def _choose_scans(run: Exploration) -> list[int]:
-    """Scans every few metres, and the last one."""
+def choose_update_scans(run: Exploration) -> list[int]:
+    """Scans every few metres, at which a robot updates its building, the first and the last among them."""
     chosen = [0]
     for scan, metres in enumerate(run.distance.tolist()):
         if metres - run.distance[chosen[-1]] >= UPDATE_DISTANCE:
             chosen.append(scan)
     last = len(run.distance) - 1
     return chosen if chosen[-1] == last else [*chosen, last]
-
-
-def _make_map(run: Exploration, scan: int) -> GridMap:
-    """The map that the robot had at a scan."""
-    cells = np.where((run.scan_of_cell >= 0) & (run.scan_of_cell <= scan), run.map.cells, UNKNOWN)
-    return GridMap(cells, run.map.resolution, run.map.origin)
 
 
 @dataclass(frozen=True, eq=False)
