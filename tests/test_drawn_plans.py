@@ -1,5 +1,6 @@
 """Graphs that are drawn as floors: every door of the graph, rooms that do not overlap, areas of the type."""
 
+from copy import deepcopy
 from dataclasses import replace
 
 import networkx as nx
@@ -30,6 +31,7 @@ from pianta.generation.drawing.room_blocks import draw_notched, draw_room, draw_
 from pianta.generation.drawing.room_sizes import sample_areas
 from pianta.generation.drawing.short_arms import find_harmed, find_short_arm
 from pianta.generation.drawing.site import OUTSIDE
+from pianta.generation.room_shapes import OPENING
 from pianta.generation.type_model import TypeModel, learn_type
 from tests.generated_types import AREAS, OTHER_AREA, SCHOOL, join_wings, make_schools, sized_model
 
@@ -136,6 +138,15 @@ class TestArms:
         assert not (arm & (cells >= 0)).any()
         cells[arm] = 0
         assert measure_contacts(cells)[0, 1] >= 2
+
+    @pytest.mark.parametrize("gap", [6, 30, 90])
+    def test_it_is_the_same_at_any_distance(self, gap):
+        """Ways are searched for nearby first."""
+        cells = np.full((9, gap + 6), -1, np.int32)
+        cells[3:6, :3], cells[3:6, -3:] = 0, 1
+        arm = find_arm(cells, 0, 1, 3)
+        assert arm is not None
+        assert np.argwhere(arm).tolist() == np.argwhere(np.pad(np.ones((3, gap)), ((3, 3), (3, 3)))).tolist()
 
     def test_none_if_there_is_no_way(self):
         cells = self.CELLS.copy()
@@ -260,6 +271,18 @@ class TestDrawPlan:
             node + 1: label for node, label in graph.nodes(data="label")
         }
         assert plan.floor.building_type == {"school": 1.0}
+
+    def test_corridors_are_joined_by_openings_as_on_the_floors_of_the_type(self, model):
+        """All that joins two corridors of the type is an opening, and nothing else is."""
+        graph = make_schools()[0]
+        for floor in (copied := replace(model, floors=tuple(map(deepcopy, model.floors)))).floors:
+            nx.set_edge_attributes(floor.graph, True, OPENING)
+        plan = pianta.draw_plan(graph, copied)
+        corridors = {node + 1 for node, label in graph.nodes(data="label") if label == "CORRIDOR"}
+        kinds = {door.kind for door in plan.floor.doors if {*door.room_ids} <= corridors and door.joins_rooms}
+        assert kinds == {"opening"}
+        assert all(door.kind == "door" for door in plan.floor.doors if not {*door.room_ids} <= corridors)
+        assert max(door.width for door in plan.floor.doors if door.kind == "opening") > 2
         check_floor(plan.floor)
 
     def test_areas_are_those_of_the_type(self, model):

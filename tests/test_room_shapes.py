@@ -1,5 +1,7 @@
 """Shapes of rooms that models of building types keep, and what drawn buildings take from them."""
 
+from dataclasses import replace
+
 import networkx as nx
 import numpy as np
 import pytest
@@ -8,7 +10,7 @@ from shapely import LineString, box
 import pianta
 from pianta.generation.drawing.blocks import NO_ROOM
 from pianta.generation.drawing.losses import LOSS_BY_DARKNESS, LOSS_BY_DOOR, measure_darkness, measure_gaps
-from pianta.generation.drawing.programme import USUAL_DOOR, find_window_needs, list_door_widths
+from pianta.generation.drawing.programme import USUAL_DOOR, find_opening_share, find_window_needs, list_door_widths
 from pianta.generation.room_shapes import ROOM_MEASURES, describe_shapes, list_measures
 from pianta.generation.type_model import learn_type
 from pianta.generation.type_model_file import read_type_model
@@ -39,6 +41,12 @@ def test_aspects_and_outer_walls():
     assert len(describe_shapes(pianta.Floor(()))) == 0
 
 
+def test_openings():
+    opening = pianta.Door((3, 6), LineString([(11, 5), (14, 5)]), 3.0, kind="opening")
+    graph = describe_shapes(replace(NINE, doors=(*NINE.doors, opening)))
+    assert [(one, other) for one, other, is_opening in graph.edges(data="opening") if is_opening] == [(3, 6)]
+
+
 def test_what_is_no_measure_is_unknown():
     measures = {"area": 3, "aspect": 0.5, "outer_wall": float("nan"), "other": 1.0}
     assert list_measures(measures, ROOM_MEASURES) == {"area": 3.0}
@@ -52,12 +60,21 @@ def test_a_model_keeps_them(tmp_path):
         for node, room in school.nodes(data=True):
             room.update({"outer_wall": 5.0 if room["label"] == "CLASSROOM" else 1.0 * node, "aspect": 1.25})
         nx.set_edge_attributes(school, 0.8 if number % 2 else 5.0, "width")
+        corridors = {node for node, label in school.nodes(data="label") if label == "CORRIDOR"}
+        for one, other, door in school.edges(data=True):
+            door["opening"] = {one, other} <= corridors and number % 4 > 0
     learn_type(schools, SCHOOL).save(tmp_path / "school.json")
     model = read_type_model(tmp_path / "school.json")
     assert {room["aspect"] for floor in model.floors for _, room in floor.graph.nodes(data=True)} == {1.25}
     assert set(list_door_widths(model)) == {0.8}
     needs = find_window_needs(model)
     assert needs["CLASSROOM"] == 1.0
+    between = [
+        len(school.subgraph(n for n, label in school.nodes(data="label") if label == "CORRIDOR").edges)
+        for school in schools
+    ]
+    opened = sum(count for number, count in enumerate(between) if number % 4)
+    assert find_opening_share(model) == pytest.approx(opened / sum(between))
     corridors = [
         room["outer_wall"] >= 2
         for floor in model.floors
@@ -71,6 +88,7 @@ def test_a_model_without_them():
     model = learn_type(make_schools(), SCHOOL)
     assert find_window_needs(model) == {}
     assert list_door_widths(model) == [USUAL_DOOR]
+    assert find_opening_share(model) == 0
 
 
 @pytest.mark.parametrize(("gap", "dark"), [(2, 2), (20, 0)])

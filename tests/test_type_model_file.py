@@ -129,6 +129,7 @@ def test_the_floor_that_other_tests_change(model_file):
 @pytest.mark.parametrize(
     ("change", "match"),
     [
+        (change_floor(openings=[True]), "9 doors have 1 openings"),
         (change_floor(areas=[AREAS[0], AREAS[1][1:]]), r"school a\.xml"),
         (change_floor(areas=[[*AREAS[0], 6], AREAS[1]]), "area"),
         (change_floor(areas=[[*AREAS[0], 0], AREAS[1]]), "area"),

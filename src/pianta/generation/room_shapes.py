@@ -16,15 +16,21 @@ from pianta.rooms._surroundings import measure_facades
 # Attributes of rooms (m², without unit, m) and of doors (m) that a model keeps, and their least and largest values.
 ROOM_MEASURES = {"area": (0.01, 1e9), "aspect": (1.0, 1e6), "outer_wall": (0.0, 1e6)}
 DOOR_MEASURES = {"width": (0.01, 1e6)}
+# Attribute of doors that a model keeps: whether it is an opening instead of a door.
+OPENING = "opening"
 
 
 def describe_shapes(floor: Floor) -> nx.Graph:
-    """The graph of a floor, whose rooms have two attributes more.
+    """The graph of a floor, whose rooms have two attributes more, and whose edges have one.
 
     `aspect`: the longer side of the smallest rectangle around a room over the shorter one. `outer_wall`: how much of
-    its outline is at the façade, m.
+    its outline is at the façade, m. `opening`: whether two rooms are joined by an opening instead of a door.
     """
     graph = floor.graph()
+    nx.set_edge_attributes(graph, values=False, name=OPENING)
+    for door in floor.doors:
+        if door.joins_rooms and door.kind == "opening":
+            graph.edges[door.rooms][OPENING] = True
     if not floor.rooms:
         return graph
     unit = measure_unit(floor)
@@ -35,6 +41,15 @@ def describe_shapes(floor: Floor) -> nx.Graph:
     for room, aspect, outer_wall in zip(floor, aspects.tolist(), outer_walls.tolist(), strict=True):
         graph.nodes[room.id].update(aspect=aspect, outer_wall=outer_wall)
     return graph
+
+
+def list_door_attributes(attributes: Mapping[str, Any]) -> dict[str, Any]:
+    """What a model keeps of a door: its measures, and whether it is an opening, if known."""
+    opening = attributes.get(OPENING)
+    return {
+        **list_measures(attributes, DOOR_MEASURES),
+        **({OPENING: opening} if isinstance(opening, bool) else {}),
+    }
 
 
 def list_measures(attributes: Mapping[str, Any], ranges: Mapping[str, tuple[float, float]]) -> dict[str, float]:

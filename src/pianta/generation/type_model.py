@@ -23,7 +23,7 @@ from pianta.generation.functional_areas import (
     find_cuts,
     find_functional_areas,
 )
-from pianta.generation.room_shapes import DOOR_MEASURES, ROOM_MEASURES, list_measures
+from pianta.generation.room_shapes import ROOM_MEASURES, list_door_attributes, list_measures
 from pianta.graphs.centrality import drop_isolated
 from pianta.graphs.labelled_graphs import name_some
 from pianta.graphs.metrics import find_corridors
@@ -284,8 +284,8 @@ def assign_area_clusters(graph: nx.Graph, model: TypeModel) -> TypeFloor:
 def prepare_room_graph(graph: nx.Graph, schema: LabelSchema) -> nx.Graph:
     """Prepare the graph of a floor for a model: nodes 0 … n - 1, each with its `label` and its original name, `room`.
 
-    Nodes and edges keep their measures, of ROOM_MEASURES and DOOR_MEASURES. Rooms without a door are left out, as in
-    Table 5.1.
+    Nodes and edges keep their measures, of ROOM_MEASURES and DOOR_MEASURES, and edges whether they are
+    openings. Rooms without a door are left out, as in Table 5.1.
     Raises LabelError with the rooms without a label, or with labels outside the schema; and GraphError for a floor
     without doors or with more than 1000 rooms, and for a graph that is not connected, is directed, or has self-loops.
     """
@@ -311,8 +311,7 @@ def prepare_room_graph(graph: nx.Graph, schema: LabelSchema) -> nx.Graph:
         names = {"label": standard_name(room["label"]), "room": node}
         prepared.add_node(numbers[node], **names, **list_measures(room, ROOM_MEASURES))
     prepared.add_edges_from(
-        (numbers[one], numbers[other], list_measures(door, DOOR_MEASURES))
-        for one, other, door in joined.edges(data=True)
+        (numbers[one], numbers[other], list_door_attributes(door)) for one, other, door in joined.edges(data=True)
     )
     return prepared
 

@@ -17,7 +17,7 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validat
 
 from pianta.errors import LabelError, ModelError
 from pianta.generation.functional_areas import Segmentation
-from pianta.generation.room_shapes import DOOR_MEASURES, ROOM_MEASURES
+from pianta.generation.room_shapes import DOOR_MEASURES, OPENING, ROOM_MEASURES
 from pianta.generation.type_model import MAX_ROOMS, MIN_FLOORS, TypeFloor, TypeModel
 from pianta.io._checked import FileFormat, read_checked, save_checked
 from pianta.io._faults import join_faults, validation_as
@@ -25,7 +25,7 @@ from pianta.io._files import short_repr
 from pianta.io.label_schemas import dump_label
 from pianta.labels import Label, LabelSchema, standard_building_type
 
-FORMAT = FileFormat("pianta type", 1, 2)
+FORMAT = FileFormat("pianta type", 1, 3)
 # Limits against files that use too much memory or time.
 MAX_FILE_BYTES = 16 * 2**20
 MAX_FLOORS = 1000
@@ -35,6 +35,8 @@ MAX_ITERATIONS = 100_000
 MAX_CELLS = 30_000_000
 # The lists of a file that have the measures of rooms.
 _ROOM_LISTS = {"area": "sizes", "aspect": "aspects", "outer_wall": "outer_walls"}
+# The lists of a file that say how doors are.
+_DOOR_LISTS = {"width": "widths", OPENING: "openings"}
 
 
 def save_type_model(model: TypeModel, path: str | Path) -> None:
@@ -71,7 +73,8 @@ _Width = Annotated[float, Field(gt=0, le=DOOR_MEASURES["width"][1])] | None
 class _Floor(BaseModel):
     """A floor: labels of rooms, doors and areas as indices of rooms.
 
-    `sizes` of rooms, m², since version 1.1; their `aspects` and `outer_walls`, m, and `widths` of doors, m, since 1.2.
+    `sizes` of rooms, m², since version 1.1; their `aspects` and `outer_walls`, m, and `widths` of doors, m, since 1.2;
+    which doors are `openings` since 1.3.
     """
 
     model_config = ConfigDict(strict=True)
@@ -85,6 +88,7 @@ class _Floor(BaseModel):
     aspects: list[_Aspect] = []
     outer_walls: list[_OuterWall] = []
     widths: list[_Width] = []
+    openings: list[bool] = []
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -104,12 +108,7 @@ class _Floor(BaseModel):
             faults.append("not every room is in one area")
         if len(self.clusters) != len(self.areas):
             faults.append(f"{len(self.areas)} areas have {len(self.clusters)} clusters")
-        for name in _ROOM_LISTS.values():
-            values = getattr(self, name)
-            if values and len(values) != rooms:
-                faults.append(f"{rooms} rooms have {len(values)} {name.replace('_', ' ')}")
-        if self.widths and len(self.widths) != len(self.doors):
-            faults.append(f"{len(self.doors)} doors have {len(self.widths)} widths")
+        faults += self._find_wrong_lengths()
         if faults:
             return faults
         graph = nx.Graph(self.doors)
@@ -119,6 +118,19 @@ class _Floor(BaseModel):
         broken = [number for number, area in enumerate(self.areas) if not nx.is_connected(graph.subgraph(area))]
         return [f"the rooms of area {number} are not connected by doors" for number in broken]
 
+    def _find_wrong_lengths(self) -> list[str]:
+        """Messages about lists of measures that are not as long as that of the rooms, or of the doors."""
+        lists = [
+            *((len(self.labels), "rooms", name) for name in _ROOM_LISTS.values()),
+            *((len(self.doors), "doors", name) for name in _DOOR_LISTS.values()),
+        ]
+        lengths = {name: len(getattr(self, name)) for *_, name in lists}
+        return [
+            f"{count} {what} have {lengths[name]} {name.replace('_', ' ')}"
+            for count, what, name in lists
+            if lengths[name] not in {0, count}
+        ]
+
     def to_floor(self) -> TypeFloor:
         """The floor with its graph, areas and clusters, as a TypeModel has it."""
         graph = nx.Graph(source=self.source)
@@ -127,8 +139,9 @@ class _Floor(BaseModel):
         for attribute, name in _ROOM_LISTS.items():
             for room, value in enumerate(getattr(self, name)):
                 graph.nodes[room].update({} if value is None else {attribute: value})
-        for door, width in zip(self.doors, self.widths, strict=bool(self.widths)):
-            graph.edges[door].update({} if width is None else {"width": width})
+        for attribute, name in _DOOR_LISTS.items():
+            for door, value in zip(self.doors, getattr(self, name), strict=False):
+                graph.edges[door].update({} if value is None else {attribute: value})
         return TypeFloor(self.source, graph, tuple(map(frozenset, self.areas)), tuple(self.clusters))
 
 
@@ -200,6 +213,7 @@ def dump_type_model(model: TypeModel) -> bytes:
                 for attribute, name in _ROOM_LISTS.items()
             },
             "widths": _list_measures(width for *_, width in floor.graph.edges(data="width")),
+            "openings": _list_openings(floor.graph),
         }
         for floor in model.floors
     ]
@@ -210,6 +224,12 @@ def dump_type_model(model: TypeModel) -> bytes:
     content = ("{\n" + ",\n".join(lines) + "\n}\n").encode()
     _parse_model(content)
     return content
+
+
+def _list_openings(graph: nx.Graph) -> list[bool]:
+    """Which doors are openings; none if that is unknown of one."""
+    openings = [opening for *_, opening in graph.edges(data=OPENING)]
+    return openings if None not in openings else []
 
 
 def _list_measures(values: Iterable[float | None]) -> list[float | None]:

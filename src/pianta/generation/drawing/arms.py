@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Sequence
+from math import inf
 
 import cv2
 import numpy as np
@@ -15,7 +16,7 @@ from pianta.generation.drawing.blocks import NARROWEST, NO_ROOM, Cells
 Mask = NDArray[np.bool_]
 
 TURN = 10.0  # cells that a turn costs: arms are straight where they can be
-NEAR_LIMIT = 60.0  # cells of a way, with turns, up to which it is searched for first
+LIMITS = (20.0, 60.0, inf)  # cells of a way, with turns, up to which it is searched for, one after the other
 THEFT = 2.0  # cells that a cell of another room costs besides; chosen by hand
 
 
@@ -40,28 +41,54 @@ def find_arm(cells: Cells, room: int, goal: int, width: int, *, through: Collect
     free, starts, ends = _find_ways(cells, room, goal, width, through)
     if not free.any():
         return None
+    theft = _measure_theft(cells, width)
+    least = _measure_steps(starts[0] | starts[1]) + _measure_steps(ends[0] | ends[1])
+    # Most arms are short; of a short one all squares are near both rooms, which spares most of the building
+    for limit in LIMITS:
+        if squares := _find_way(free & (least <= limit), starts, ends, theft, limit=limit):
+            arm = np.zeros(cells.shape, bool)
+            for row, column in squares:
+                arm[row : row + width, column : column + width] = True
+            return arm
+    return None
+
+
+def _find_way(
+    free: Mask, starts: Sequence[Mask], ends: Sequence[Mask], theft: NDArray[np.float64], *, limit: float
+) -> list[tuple[int, int]]:
+    """The squares of the shortest way that is not longer than a limit, by their first corners; empty without one.
+
+    free: the squares. starts, ends: of ways along x and along y. theft: what each square costs besides.
+    """
     count = int(free.sum())
-    numbers = np.full(cells.shape, -1)
+    numbers = np.full(free.shape, -1)
     numbers[free] = np.arange(count)
     # States: a free square, the first `count` of arms along x, the others along y; arms leave walls at right angles
-    states = _join_squares(numbers, count, _measure_theft(cells, width))
-    first = np.concatenate([numbers[starts[0]], numbers[starts[1]] + count])
-    last = np.concatenate([numbers[ends[0]], numbers[ends[1]] + count])
-    # Most arms are short; a limit spares most of the building
-    for limit in (NEAR_LIMIT, np.inf):
-        distances, before, _ = dijkstra(
-            states, directed=False, indices=first, return_predecessors=True, min_only=True, limit=limit
-        )
-        if np.isfinite(distances[last]).any():
-            break
+    first, last = (
+        np.concatenate([numbers[sides[0] & free], numbers[sides[1] & free] + count]) for sides in (starts, ends)
+    )
+    if not (first.size and last.size):
+        return []
+    distances, before, _ = dijkstra(
+        _join_squares(numbers, count, theft),
+        directed=False,
+        indices=first,
+        return_predecessors=True,
+        min_only=True,
+        limit=limit,
+    )
     state = int(last[np.argmin(distances[last])])
-    arm = np.zeros(cells.shape, bool)
-    squares = np.argwhere(free)
-    while state >= 0:
-        row, column = squares[state % count]
-        arm[row : row + width, column : column + width] = True
+    squares, corners = [], np.argwhere(free)
+    while state >= 0 and np.isfinite(distances[state]):
+        row, column = corners[state % count]
+        squares.append((int(row), int(column)))
         state = int(before[state])
-    return arm
+    return squares
+
+
+def _measure_steps(mask: Mask) -> NDArray[np.float32]:
+    """How many cells each cell is away from a mask, along rows and columns."""
+    return np.asarray(cv2.distanceTransform((~mask).astype(np.uint8), cv2.DIST_L1, 3), np.float32)
 
 
 def _find_ways(

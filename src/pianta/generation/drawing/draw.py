@@ -176,7 +176,8 @@ def _finish(
     if on_site is None:
         return None
     best, failures = None, Counter[Edge]()
-    for _ in range(ORDERS):
+    # Once a layout has all doors, another one has to be better without many tries
+    for _ in range(ORDERS if most_missing else 1):
         candidate = _add_arms(on_site.copy(), layout, programme, rng, failures, most_missing=most_missing)
         best = _choose_better(best, candidate)
         if best is not None:

@@ -14,6 +14,7 @@ from pianta.generation.drawing.blocks import CELL
 from pianta.generation.drawing.gaps import GROWTH
 from pianta.generation.drawing.room_sizes import sample_areas
 from pianta.generation.drawing.site import Site
+from pianta.generation.room_shapes import OPENING
 from pianta.generation.type_model import TypeModel
 from pianta.graphs.metrics import find_corridors
 
@@ -27,7 +28,8 @@ class Programme:
     """What is drawn.
 
     graph: connected; nodes are integers. corridors: nodes. areas: of each room, in cells. window_needs: of each room,
-    0 to 1. door_widths: of which each door has one, m. site: in which the building is drawn; None for anywhere.
+    0 to 1. door_widths: of which each door has one, m. opening_share: of the doors between two corridors, how many
+    are openings. site: in which the building is drawn; None for anywhere.
     """
 
     graph: nx.Graph
@@ -35,6 +37,7 @@ class Programme:
     areas: Mapping[int, float]
     window_needs: Mapping[int, float]
     door_widths: Sequence[float]
+    opening_share: float = 0.0
     site: Site | None = None
 
     def scaled(self, scale: float) -> Programme:
@@ -55,6 +58,7 @@ def make_programme(graph: nx.Graph, model: TypeModel, rng: np.random.Generator, 
         {room: area / CELL**2 / GROWTH for room, area in areas.items()},
         {room: needs.get(label, 0.0) for room, label in graph.nodes(data="label")},
         list_door_widths(model),
+        find_opening_share(model),
         site,
     )
 
@@ -64,6 +68,16 @@ def list_door_widths(model: TypeModel) -> list[float]:
     least, most = DOOR_WIDTHS
     widths = [width for floor in model.floors for *_, width in floor.graph.edges(data="width") if width is not None]
     return [width for width in widths if least <= width <= most] or [USUAL_DOOR]
+
+
+def find_opening_share(model: TypeModel) -> float:
+    """The share of openings of what joins two corridors on the floors of a type; 0 if none is known."""
+    openings: list[bool] = []
+    for floor in model.floors:
+        corridors = find_corridors(floor.graph, model.schema)
+        between = floor.graph.subgraph(corridors).edges(data=OPENING)
+        openings += [opening for *_, opening in between if opening is not None]
+    return float(np.mean(openings)) if openings else 0.0
 
 
 def find_window_needs(model: TypeModel) -> dict[str, float]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from typing import Literal
 
 import networkx as nx
 import numpy as np
@@ -21,6 +22,8 @@ from pianta.worlds.wall_axes import (
 
 ENTRANCE = "ENTRANCE"  # the label of rooms that lead outside
 ENTRANCE_WIDTH = 1.2  # m
+# m, of openings: from those on that a reader takes for openings. Floors seldom have their true widths; chosen by hand
+OPENING_WIDTHS = (2.1, 3.0)
 MARGIN = 0.3  # of wall beside a door, from the axis of the next wall, m
 
 
@@ -47,8 +50,11 @@ def build_plan(
     ]
     inner = []
     for one, other in doors:
-        wall, width = find_shared_wall(spaces[one], spaces[other]), float(rng.choice(programme.door_widths))
-        inner.append(Door((one + 1, other + 1), *position_door(wall, width, rng)))
+        wall = find_shared_wall(spaces[one], spaces[other])
+        is_opening = {one, other} <= programme.corridors and rng.random() < programme.opening_share
+        width = float(rng.uniform(*OPENING_WIDTHS) if is_opening else rng.choice(programme.door_widths))
+        kind: Literal["door", "opening"] = "opening" if is_opening else "door"
+        inner.append(Door((one + 1, other + 1), *position_door(wall, width, rng), kind=kind))
     return Floor(
         tuple(rooms),
         doors=(*inner, *_make_entrances(spaces, graph, footprint, rng)),
