@@ -53,8 +53,8 @@ def build_plan(
         wall = find_shared_wall(spaces[one], spaces[other])
         is_opening = {one, other} <= programme.corridors and rng.random() < programme.opening_share
         width = float(rng.uniform(*OPENING_WIDTHS) if is_opening else rng.choice(programme.door_widths))
-        kind: Literal["door", "opening"] = "opening" if is_opening else "door"
-        inner.append(Door((one + 1, other + 1), *position_door(wall, width, rng), kind=kind))
+        door_kind: Literal["door", "opening"] = "opening" if is_opening else "door"
+        inner.append(Door((one + 1, other + 1), *position_door(wall, width, rng), kind=door_kind))
     return Floor(
         tuple(rooms),
         doors=(*inner, *_make_entrances(spaces, graph, footprint, rng)),
