@@ -94,6 +94,14 @@ class TestWindows:
         rooms = (Room(1, box(9, 4, 12, 6)), Room(2, box(0, 2, 40, 4.5)))
         assert list_windows(grid, changed, Floor(rooms, ())) == [(30, 80, 70, 130)]
 
+    @pytest.mark.parametrize(("depth", "window"), [(7.9, (345, 90, 366, 111)), (8.0, (300, 0, 400, 220))])
+    def test_a_hall_is_inside_and_a_strip_of_its_length_is_not(self, depth, window):
+        """A room of 20 m, from 1 m on; strips are narrower than 0.4 of their length."""
+        grid = GridMap(np.zeros((400, 400), np.int8), 0.1)
+        changed = np.zeros(grid.shape, bool)
+        changed[355, 100] = True
+        assert list_windows(grid, changed, Floor((Room(1, box(1, 1, 21, 1 + depth)),), ())) == [window]
+
     def test_frames_are_the_same_if_their_cells_coincide(self):
         grid = GridMap(np.zeros((10, 10), np.int8), 0.1)
         assert have_same_frame(grid, GridMap(np.zeros((20, 30), np.int8), 0.1, (-0.5, 0.3, 0.0)))

@@ -22,6 +22,8 @@ MIN_GAP = 6.0  # m: changed cells further apart are in windows of their own
 CORE_MARGIN = 1.0  # m around changed cells: a changed wall moves the outlines beside it
 OVERLAP = 4.0  # m that a window sees around its core: what a room is depends on its surroundings
 MAX_INSIDE = 15.0  # m: changed rooms up to this length are inside the core; longer ones are put together from parts
+MAX_WIDE = 40.0  # m: also those up to this length that are no corridors, as halls are
+LEAST_WIDTH = 0.4  # of their length
 SAME_CELL = 0.01  # cells by which two frames may differ
 EMPTY_FLOOR = Floor((), ())
 
@@ -107,12 +109,18 @@ def _extend_to_rooms(box: Box, grid: GridMap, floor: Floor) -> Box:
     margin = ceil(CORE_MARGIN / grid.resolution)
     top, left, bottom, right = box
     for room in floor:
-        x0, y0, x1, y1 = room.polygon.bounds
-        if max(x1 - x0, y1 - y0) <= MAX_INSIDE and room.polygon.intersects(rectangle):
+        if _is_inside(room.polygon) and room.polygon.intersects(rectangle):
             rows, cols = grid.map_to_pixel(*shapely.get_coordinates(room.polygon).T)
             top, left = min(top, int(rows.min()) - margin), min(left, int(cols.min()) - margin)
             bottom, right = max(bottom, ceil(rows.max()) + margin), max(right, ceil(cols.max()) + margin)
     return top, left, bottom, right
+
+
+def _is_inside(outline: Polygon) -> bool:
+    """Whether a changed room is read as a whole."""
+    x0, y0, x1, y1 = outline.bounds
+    width, length = sorted((x1 - x0, y1 - y0))
+    return bool(length <= MAX_INSIDE or (length <= MAX_WIDE and width >= LEAST_WIDTH * length))
 
 
 def _join_boxes(boxes: Sequence[Box], shape: tuple[int, int]) -> list[Box]:
