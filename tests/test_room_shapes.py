@@ -75,13 +75,13 @@ def test_a_model_keeps_them(tmp_path):
     ]
     opened = sum(count for number, count in enumerate(between) if number % 4)
     assert find_opening_share(model) == pytest.approx(opened / sum(between))
-    corridors = [
+    with_window = [
         room["outer_wall"] >= 2
         for floor in model.floors
         for _, room in floor.graph.nodes(data=True)
         if room["label"] == "CORRIDOR"
     ]
-    assert needs["CORRIDOR"] == pytest.approx(max(0, 2 * np.mean(corridors) - 1))
+    assert needs["CORRIDOR"] == pytest.approx(max(0, 2 * np.mean(with_window) - 1))
 
 
 def test_a_model_without_them():
