@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from pianta._types import Floats
 from pianta.generation.cut_potentials import CutPotentials, build_neighborhood, describe_neighborhood
+from pianta.generation.dead_ends import measure_dead_end_costs
 from pianta.generation.functional_areas import Segmentation
 from pianta.generation.incremental_gram import ReferenceGraphs
 from pianta.generation.node_connections import ConnectedBuilding, NodeConnections, Pair, connect_areas
@@ -323,6 +324,34 @@ def test_kept_doors_never_move():
     labels = [label for _, label in fixed.graph.nodes(data="label")]
     assert Counter(graph.nodes[room]["label"] for room in rooms) == Counter(labels)
     assert graph.subgraph(rooms).number_of_edges() == fixed.graph.number_of_edges()
+
+
+def test_dead_ends_cost_their_log_odds():
+    # None of the four corridors of MODEL has one door; one of two closets has, and most classrooms have.
+    costs = measure_dead_end_costs(MODEL)
+    assert costs == {"CORRIDOR": pytest.approx(np.log(4.5 / 0.5))}
+
+
+def test_doors_move_to_dead_ends():
+    areas = [make_wing("CCT"), make_wing("SA")]
+    areas[1].nodes[1]["label"] = "CORRIDOR"
+    functional = nx.Graph()
+    functional.add_edge(0, 1, cuts=1)
+    shares = []
+    for costs in ({}, {"CORRIDOR": 20.0}):
+        buildings = [ConnectedBuilding(areas) for _ in range(40)]
+        generators = [np.random.default_rng(seed) for seed in range(40)]
+        chains = NodeConnections(REFERENCES, buildings, [functional] * 40, POTENTIALS, generators, dead_end_costs=costs)
+        graphs = connect_areas(chains, moves=60)
+        # Room 5 is the corridor with one door, beside the corridor of its area.
+        shares.append(np.mean([graph.degree(5) > 1 for graph in graphs]))
+        for building, cost in zip(buildings, chains.costs, strict=True):
+            graph = building.to_graph()
+            similarity = WeisfeilerLehman().fit([floor.graph for floor in MODEL.floors]).compare([graph])
+            gamma = 50 * np.sqrt(np.maximum(2 - 2 * similarity, 0)).mean()
+            assert cost == pytest.approx(gamma + costs.get("CORRIDOR", 0.0) * (graph.degree(5) == 1))
+    assert shares[0] < 0.5
+    assert shares[1] == 1
 
 
 def connect_known_ends(ends: list[int], *, seed: int, moves: int = 30) -> tuple[ConnectedBuilding, nx.Graph]:

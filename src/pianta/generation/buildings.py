@@ -25,6 +25,7 @@ from pianta.generation.cluster_configuration import (
 )
 from pianta.generation.constraints import Constraints
 from pianta.generation.cut_potentials import CutPotentials
+from pianta.generation.dead_ends import measure_dead_end_costs
 from pianta.generation.functional_graph import FunctionalGraphs, draw_door_counts, draw_start, sample_functional_graphs
 from pianta.generation.hopper_gram import HopperReferences
 from pianta.generation.incremental_gram import ReferenceGraphs
@@ -126,6 +127,11 @@ class BuildingSampler:
     def potentials(self) -> CutPotentials:
         """Φ of step 4."""
         return CutPotentials(self.model, closing=self.costs is not Costs.THESIS)
+
+    @cached_property
+    def dead_end_costs(self) -> Mapping[str, float]:
+        """Added to Γ4, for each room with one door by its label; none with the costs of the thesis."""
+        return {} if self.costs is Costs.THESIS else measure_dead_end_costs(self.model)
 
     @property
     def max_rooms(self) -> int:
@@ -258,7 +264,13 @@ class BuildingSampler:
                 building.add_fixed_doors(self.fixed)
         fixed = len(self.fixed.areas) if self.fixed else 0
         chains = NodeConnections(
-            self.references, buildings, functional_graphs, self.potentials, generators, n_fixed=fixed
+            self.references,
+            buildings,
+            functional_graphs,
+            self.potentials,
+            generators,
+            n_fixed=fixed,
+            dead_end_costs=self.dead_end_costs,
         )
         graphs = connect_areas(chains, moves=self.model.door_moves, traces=traces)
         if self.fixed:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from types import MappingProxyType
 
 import networkx as nx
 import numpy as np
@@ -120,6 +121,12 @@ class ConnectedBuilding:
         """The doors as pairs of room numbers, the smaller one first; sorted."""
         return [(one, other) for one, near in enumerate(self.neighbors) for other in sorted(near) if one < other]
 
+    def measure_dead_ends(self, costs: Mapping[str, float]) -> float:
+        """The sum of the costs of all rooms with one door, by their labels."""
+        return sum(
+            costs.get(label, 0.0) for label, near in zip(self.labels, self.neighbors, strict=True) if len(near) == 1
+        )
+
     def to_graph(self) -> nx.Graph:
         """The graph of the building: rooms with their `label` as nodes, doors as edges."""
         graph = nx.Graph()
@@ -144,6 +151,7 @@ class NodeConnections:
 
     references: the graphs of the model. functional_graphs: Ĥ of each building, its edges with their number of doors,
     `cuts`. generators: one for each building. n_fixed: number of fixed areas, the first ones, which have their doors.
+    dead_end_costs: label -> cost of a room with one door, which is added to Γ4.
     """
 
     def __init__(
@@ -155,8 +163,10 @@ class NodeConnections:
         generators: Sequence[np.random.Generator],
         *,
         n_fixed: int = 0,
+        dead_end_costs: Mapping[str, float] = MappingProxyType({}),
     ) -> None:
         self.buildings, self.potentials, self.generators = buildings, potentials, generators
+        self._dead_end_costs = dead_end_costs
         for building, functional, generator in zip(buildings, functional_graphs, generators, strict=True):
             # Sorted, because the order of edges in a graph varies.
             for edge in sorted((min(edge), max(edge)) for edge in functional.edges):
@@ -165,7 +175,7 @@ class NodeConnections:
         # Buildings that start non-planar may stay so.
         self._non_planar = {chain for chain, building in enumerate(buildings) if not building.is_planar()}
         self.batch = references.start([building.to_graph() for building in buildings])
-        self.costs = self.batch.measure_costs()
+        self.costs = self._measure_costs()
 
     def move(self) -> None:
         """T4 on each chain: a random door moves to a pair of rooms drawn by P_conn."""
@@ -179,7 +189,10 @@ class NodeConnections:
             if move.candidates.pairs
         }
         self._change(proposed, forward=True)
-        costs = self.batch.measure_costs()
+        for move, new in proposed.items():
+            self.buildings[move.chain].disconnect(*move.old)
+            self.buildings[move.chain].connect(*new)
+        costs = self._measure_costs()
         draws = np.zeros(len(costs))
         for chain, uniform in uniforms.items():
             draws[chain] = uniform[1]
@@ -187,8 +200,6 @@ class NodeConnections:
         refused = {}
         for move, new in proposed.items():
             building = self.buildings[move.chain]
-            building.disconnect(*move.old)
-            building.connect(*new)
             planar = building.is_planar()
             if accepted[move.chain] and (planar or move.chain in self._non_planar):
                 if planar:
@@ -200,6 +211,11 @@ class NodeConnections:
             building.connect(*move.old)
             refused[move] = new
         self._change(refused, forward=False)
+
+    def _measure_costs(self) -> Floats:
+        """α Γ4 of each building, with the costs of its dead ends."""
+        dead_ends = [building.measure_dead_ends(self._dead_end_costs) for building in self.buildings]
+        return self.batch.measure_costs() + np.array(dead_ends)
 
     def _draw_start(self, building: ConnectedBuilding, edge: Pair, count: int, generator: np.random.Generator) -> None:
         """Draw `count` doors for an edge of Ĥ by P_conn; redraw a door if the graph is not planar with it.

@@ -89,7 +89,8 @@ def recombine_areas(
     """New areas with the hubs of given ones.
 
     Each branch of an area is replaced by a random one of all areas with the same kind of hub, removed with probability
-    P_REMOVED, and as many are added on average. Rooms of one building thus stay together: those of different floors
+    P_REMOVED, and as many are added on average; an area that has branches
+    keeps one at least. Rooms of one building thus stay together: those of different floors
     have little in common, and a classifier separates buildings of a mixture of them from real ones.
     others: areas of the building that stay as they are, and whose branches are drawn as well.
     """
@@ -102,7 +103,9 @@ def recombine_areas(
     new = []
     for area in areas:
         n_kept = int((generator.random(len(area.branches)) >= P_REMOVED).sum())
-        count = n_kept + int(generator.poisson(P_REMOVED * len(area.branches)))
+        # A hub that loses all its branches would be a dead end, which corridors are not.
+        least = min(1, len(area.branches))
+        count = max(least, n_kept + int(generator.poisson(P_REMOVED * len(area.branches))))
         pool = pools[area.is_corridor]
         branches = tuple(pool[index] for index in generator.integers(len(pool), size=count)) if pool else ()
         new.append(AreaParts(area.hub, area.is_corridor, branches))
