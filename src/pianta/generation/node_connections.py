@@ -215,7 +215,8 @@ class NodeConnections:
     def _measure_costs(self) -> Floats:
         """α Γ4 of each building, with the costs of its dead ends."""
         dead_ends = [building.measure_dead_ends(self._dead_end_costs) for building in self.buildings]
-        return self.batch.measure_costs() + np.array(dead_ends)
+        costs: Floats = self.batch.measure_costs() + np.array(dead_ends)
+        return costs
 
     def _draw_start(self, building: ConnectedBuilding, edge: Pair, count: int, generator: np.random.Generator) -> None:
         """Draw `count` doors for an edge of Ĥ by P_conn; redraw a door if the graph is not planar with it.
