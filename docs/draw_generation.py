@@ -45,7 +45,7 @@ OUTLINES = (
 )
 WORLD_WIDTH = 5.0  # inches
 WORLD_GRID = {"left": 0.01, "right": 0.99, "bottom": 0.01, "top": 0.99, "wspace": 0.02, "hspace": 0.02}
-LEGEND_GAP = 0.35  # inches, between scales and the legend
+LEGEND_GAP = 0.6  # inches, between scales and the legend
 # Colours of the picture; with so few its file has a fifth of the size.
 PALETTE = 128
 # A wing of a synthetic school: the label of its corridor, and label -> fewest and most rooms behind it.
