@@ -2,22 +2,18 @@
 
     python training/simulated_floors.py READINGS [--data DIR]
 
-Some of the maps are those of a robot that has explored a part of the floor.
 A reading is a floor in READINGS/ITEM_N.geojson, with its true labels and building type; one that is there already is
 kept, so that an interrupted run goes on. Made floors have the types of MADE_TYPES: "other" is no type of building, but
-stands for places that are neither schools nor offices. It takes about fifteen minutes of one core.
+stands for places that are neither schools nor offices. It takes about ten minutes of one core.
 The shares and numbers of this module were chosen by hand.
 """
 
 from __future__ import annotations
 
 import argparse
-from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
-
-import numpy as np
 
 from pianta.errors import PiantaError
 from pianta.floor import Floor
@@ -32,42 +28,28 @@ DRAWN_MAPS = {"school": 3, "office": 6}
 # Building type of each maker of pianta.worlds, and the number of floors that it makes.
 MADE_TYPES = {"home": "other", "ward": "other", "depot": "other", "office": "office", "open_plan": "office"}
 MADE_FLOORS = {"home": 24, "ward": 16, "depot": 14, "office": 20, "open_plan": 10}
-# Maps of each drawn floor that show a part of it, by its type, and the shares of the doors that a robot has visited.
-# Of each made floor there is one.
-PARTIAL_MAPS = {"school": 3, "office": 6}
-EXPLORED = (0.1, 0.8)
-# First seed of a partial map.
-FIRST_PARTIAL_SEED = 50_000
 # First seed of the made floors; those of the lessons of map_lessons.py are random, and far larger.
 FIRST_SEED = 1000
 
 
 @dataclass(frozen=True, eq=False)
 class Example:
-    """A floor to be mapped: its name, building, and whether it has walls between its rooms.
-
-    explored: share of the doors that a robot has visited.
-    """
+    """A floor to be mapped: its name, building, and whether it has walls between its rooms."""
 
     name: str
     building: str
     floor: Floor
     seed: int
     walls_are_drawn: bool
-    explored: float = 1.0
 
 
 @dataclass(frozen=True, eq=False)
 class SimulatedFloor:
-    """A reading with true labels; item: the drawn floor or the made one. building: as of read_annotated_floors.
-
-    is_part: whether the map shows a part of the floor.
-    """
+    """A reading with true labels; item: the drawn floor or the made one. building: as of read_annotated_floors."""
 
     item: str
     building: str
     floor: Floor
-    is_part: bool = False
 
 
 def list_examples(data: Path) -> Iterator[Example]:
@@ -87,33 +69,16 @@ def list_examples(data: Path) -> Iterator[Example]:
                 yield Example(f"made_{maker}_{number}", f"made/{maker}_{number}", floor, seed, walls_are_drawn=True)
 
 
-def list_partial_examples(data: Path) -> Iterator[Example]:
-    """The floors of list_examples to be mapped in part."""
-    turns: Counter[str] = Counter()
-    for index, example in enumerate(list_examples(data)):
-        name = example.name if example.walls_are_drawn else example.name.rpartition("_")[0]
-        most = 1 if example.walls_are_drawn else PARTIAL_MAPS[example.floor.building_types[0]]
-        if turns[name] < most:
-            turns[name] += 1
-            seed = FIRST_PARTIAL_SEED + index
-            explored = float(np.random.default_rng(seed).uniform(*EXPLORED))
-            yield replace(example, name=f"{example.name}_part", seed=seed, explored=explored)
-
-
 def read_simulated_floors(data: Path, folder: Path) -> list[SimulatedFloor]:
     """The readings in a folder; those that are missing are made, except of maps that show no room."""
     folder.mkdir(parents=True, exist_ok=True)
     readings = []
-    for example in (*list_examples(data), *list_partial_examples(data)):
+    for example in list_examples(data):
         file = folder / f"{example.name}.geojson"
         if not file.is_file():
             try:
                 reading = simulate_and_reconstruct(
-                    example.floor,
-                    seed=example.seed,
-                    furnished=True,
-                    walls_are_drawn=example.walls_are_drawn,
-                    explored=example.explored,
+                    example.floor, seed=example.seed, furnished=True, walls_are_drawn=example.walls_are_drawn
                 )
             except PiantaError:
                 continue
@@ -121,8 +86,7 @@ def read_simulated_floors(data: Path, folder: Path) -> list[SimulatedFloor]:
                 continue
             # Walls and furniture are no features, and would make large files.
             save_floor(replace(reading, walls=(), furniture=()), file)
-        is_part = example.explored < 1
-        readings.append(SimulatedFloor(example.name, example.building, read_floor(file), is_part))
+        readings.append(SimulatedFloor(example.name, example.building, read_floor(file)))
     return readings
 
 

@@ -50,7 +50,8 @@ class Costs(StrEnum):
     """The costs of steps 1 and 4.
 
     DENSITY: Γ1 by the density of configurations and sizes; the numbers of doors of an edge of Ĥ, and the share of doors
-    that close a triangle, are those of real floors. THESIS: Γ1, one door and P_conn as in section 7.4.3.
+    that close a triangle, are those of real floors; rooms that seldom have one door there cost more with one.
+    THESIS: Γ1, one door and P_conn as in section 7.4.3.
     """
 
     DENSITY = "density"
@@ -130,7 +131,7 @@ class BuildingSampler:
 
     @cached_property
     def dead_end_costs(self) -> Mapping[str, float]:
-        """Added to Γ4, for each room with one door by its label; none with the costs of the thesis."""
+        """Added to α Γ4, for each room with one door by its label; none with the costs of the thesis."""
         return {} if self.costs is Costs.THESIS else measure_dead_end_costs(self.model)
 
     @property

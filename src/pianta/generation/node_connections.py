@@ -151,7 +151,7 @@ class NodeConnections:
 
     references: the graphs of the model. functional_graphs: Ĥ of each building, its edges with their number of doors,
     `cuts`. generators: one for each building. n_fixed: number of fixed areas, the first ones, which have their doors.
-    dead_end_costs: label -> cost of a room with one door, which is added to Γ4.
+    dead_end_costs: label -> cost of a room with one door, which is added to α Γ4.
     """
 
     def __init__(

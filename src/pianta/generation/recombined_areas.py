@@ -89,9 +89,9 @@ def recombine_areas(
     """New areas with the hubs of given ones.
 
     Each branch of an area is replaced by a random one of all areas with the same kind of hub, removed with probability
-    P_REMOVED, and as many are added on average; an area that has branches
-    keeps one at least. Rooms of one building thus stay together: those of different floors
-    have little in common, and a classifier separates buildings of a mixture of them from real ones.
+    P_REMOVED, and as many are added on average; an area that has branches keeps one at least. Rooms of one building
+    thus stay together: those of different floors have little in common, and a classifier separates buildings of a
+    mixture of them from real ones.
     others: areas of the building that stay as they are, and whose branches are drawn as well.
     """
     pools = {

@@ -17,7 +17,6 @@ from pianta.floor import Floor, Room, scale_floor
 from pianta.layout._label_images import largest_part
 from pianta.layout.reconstruct import reconstruct
 from pianta.worlds.make import MapOptions
-from pianta.worlds.partial_scan import simulate_partial_map
 from pianta.worlds.scan import simulate_map
 
 # The constants were chosen by hand.
@@ -44,13 +43,10 @@ DENSITIES = (0.3, 1.3)
 # How often a furnished floor has a wall of glass, and how often its map is turned by any angle.
 GLASS_SHARE = 0.2
 TURNED_SHARE = 0.25
-# Ranges of a robot that explores a part of a floor: metres that its lidar sees, and how often it enters a room.
-REACHES = (6.0, 8.0, 12.0, 20.0, 30.0)
-ENTERED = (0.1, 0.9)
 
 
 def simulate_and_reconstruct(
-    floor: Floor, *, seed: int, furnished: bool = False, walls_are_drawn: bool = False, explored: float = 1.0
+    floor: Floor, *, seed: int, furnished: bool = False, walls_are_drawn: bool = False
 ) -> Floor:
     """The floor reconstructed from a simulated map; each room has the label of the true room that it overlaps most.
 
@@ -58,7 +54,6 @@ def simulate_and_reconstruct(
     furnished: whether furniture, doors, glass, noise, turn and cells are drawn at random, and a wrong scale is mended;
     else the floor is empty, and its map like all others.
     walls_are_drawn: whether there is a wall between rooms, as on floors of make_floor.
-    explored: share of the doors that a robot has visited; 1 for a map of the whole floor.
     Raises MapError when the map shows no room.
     """
     rng = np.random.default_rng(seed)
@@ -73,9 +68,6 @@ def simulate_and_reconstruct(
     walled = replace(stretched, rooms=rooms, doors=inner)
     options = draw_map_options(rng) if furnished else MapOptions(resolution=RESOLUTION, noise=NOISE)
     grid = simulate_map(walled, seed=seed, **options)
-    if explored < 1:
-        reach, entered = float(rng.choice(REACHES)), rng.uniform(*ENTERED)
-        grid = simulate_partial_map(walled, grid, share=explored, reach=reach, entered=entered, seed=seed)
     # What is beyond the partial rooms is no feature of any room.
     reconstructed = reconstruct(replace(grid, source=floor.source), predict_partial=False)
     shared = overlap_areas(*(np.array([room.polygon for room in each.rooms]) for each in (reconstructed, stretched)))
