@@ -27,10 +27,11 @@ from pianta.generation.drawing.losses import (
     measure_width,
 )
 from pianta.generation.drawing.programme import Programme
-from pianta.generation.drawing.room_blocks import draw_notched, draw_room, draw_suite, stack_blocks
+from pianta.generation.drawing.room_blocks import draw_room, draw_suite, stack_blocks
 from pianta.generation.drawing.room_sizes import sample_areas
 from pianta.generation.drawing.short_arms import find_harmed, find_short_arm
 from pianta.generation.drawing.site import OUTSIDE
+from pianta.generation.drawing.strips import TreeLayout
 from pianta.generation.room_shapes import OPENING
 from pianta.generation.type_model import TypeModel, learn_type
 from tests.generated_types import AREAS, OTHER_AREA, SCHOOL, join_wings, make_schools, sized_model
@@ -95,22 +96,30 @@ class TestBlocks:
         assert abs(block.width - size[0]) <= 1
         assert abs(block.height - size[1]) <= 1
 
-    def test_a_suite_is_a_rectangle_with_rooms_at_its_back(self, rng):
-        block = draw_suite(0, [1, 2], {0: 60.0, 1: 12.0, 2: 9.0}, 10, rng)
+    def test_a_suite_is_a_rectangle_with_a_small_room_at_its_back(self, rng):
+        """9 cells would be a strip of 3 × 10, as wide as narrow rooms are, and more than 3.5 times 2.7."""
+        block = draw_suite(0, [1], {0: 100.0, 1: 9.0}, 12, rng)
         cells = paint_cells(block, 0)
         assert (cells >= 0).all()
         assert set(cells[0].tolist()) == {0}
-        assert {1, 2} <= set(cells[-1].tolist())
-        assert min(measure_contacts(cells)[0, inner] for inner in (1, 2)) >= 3
+        assert 1 in cells[-1]
+        assert measure_contacts(cells)[0, 1] >= 3
 
-    def test_corners_are_cut_out_of_the_front(self, rng):
-        block = draw_notched(0, [1, 2], {0: 80.0, 1: 9.0, 2: 9.0}, 10, rng)
+    def test_two_rooms_of_a_suite_are_a_strip_beside_it(self, rng):
+        """20 + 30 cells in a row of 10 are a strip 5 wide, one behind the other; the room is 10 × 10."""
+        block = draw_suite(0, [1, 2], {0: 100.0, 1: 20.0, 2: 30.0}, 10, rng)
+        assert paint_cells(block, 0).tolist() == [[2] * 5 + [0] * 10] * 6 + [[1] * 5 + [0] * 10] * 4
+        assert (block.start, block.stop) == (5, 15)
+
+    def test_small_rooms_are_in_front_of_rooms_that_are_reached_through_a_suite(self, rng):
+        """Strips of 50 cells, 5 × 10, on both sides of a room of 8 × 10; the second one has inner rooms alone."""
+        areas = {0: 80.0, 1: 15.0, 2: 20.0, 3: 30.0, 4: 35.0}
+        block = draw_suite(0, [2, 3, 4], areas, 10, rng, fronts=[1])
         cells = paint_cells(block, 0)
-        assert (cells >= 0).all()
-        front = cells[0]
-        assert (front[0], front[-1]) == (1, 2)
-        assert np.flatnonzero(front == 0).tolist() == [*range(block.start, block.stop)]
-        assert block.stop - block.start >= 4
+        assert cells[0].tolist() == [1] * 5 + [0] * 8 + [3] * 5
+        assert cells[-1].tolist() == [4] * 5 + [0] * 8 + [2] * 5
+        contacts = measure_contacts(cells)
+        assert min(contacts[0, inner] for inner in (2, 3, 4)) >= 3
 
     def test_blocks_behind_a_room_have_wall_for_a_door(self, rng):
         room = draw_room(0, 40.0, 10, rng)
@@ -244,6 +253,31 @@ class TestLosses:
         assert count_narrow_rooms(cells) == narrow
         corner = 0.05 * (width < 10)
         assert measure_arms(cells, 2, 10) == pytest.approx(0.6 + 60 / (cells == 0).sum() + 0.5 * narrow + corner)
+
+
+class TestStrips:
+    STAR = nx.star_graph(5)
+
+    def draw(self, areas: dict[int, float], aspect: float, seed: int) -> tuple[np.ndarray, Block]:
+        """A corridor, room 0, with five rooms."""
+        choices = sample_choices(self.STAR, 0, alleys=False, rng=np.random.default_rng(seed))
+        block = TreeLayout(self.STAR, areas, frozenset({0}), choices, {0: aspect}).draw()
+        return paint_cells(block, 1), block
+
+    @pytest.mark.parametrize("seed", range(20))
+    def test_rooms_do_not_overlap_and_have_wall_for_a_door(self, seed):
+        """Those of 25 cells may be at an end, as wide as the corridor, those of 150 are wider than it."""
+        areas = {0: 120.0, 1: 25.0, 2: 25.0, 3: 150.0, 4: 150.0, 5: 60.0}
+        cells, block = self.draw(areas, 3.0, seed)
+        assert (cells >= 0).sum() == sum((r.x1 - r.x0) * (r.y1 - r.y0) for r in block.rectangles)
+        assert find_missing_doors(cells, self.STAR) == ()
+
+    def test_a_corridor_has_its_aspect_where_its_rooms_leave_it(self):
+        """144 cells with an aspect of 1 are 12 × 12, with an aspect of 4 6 × 24."""
+        areas = {0: 144.0} | dict.fromkeys(range(1, 6), 81.0)
+        for aspect, sides in ((1.0, (12, 12)), (4.0, (6, 24))):
+            (corridor,) = (r for r in self.draw(areas, aspect, 1)[1].rectangles if r.room == 0)
+            assert sorted((corridor.x1 - corridor.x0, corridor.y1 - corridor.y0)) == list(sides)
 
 
 class TestLayouts:

@@ -80,7 +80,7 @@ class _LayoutSearch:
     def _draw(self, choices: Choices, *, below: float = inf) -> Layout:
         """A layout of choices. below: once a part of its loss is not, the rest is not measured."""
         programme = self.programme
-        block = TreeLayout(programme.graph, programme.areas, programme.corridors, choices).draw()
+        block = TreeLayout(programme.graph, programme.areas, programme.corridors, choices, programme.aspects).draw()
         cells = paint_cells(block, MARGIN_CELLS)
         missing = find_missing_doors(cells, programme.graph)
         loss = measure_form(block, cells, programme)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import networkx as nx
@@ -12,7 +12,7 @@ import numpy as np
 
 from pianta.generation.drawing.blocks import CELL
 from pianta.generation.drawing.gaps import GROWTH
-from pianta.generation.drawing.room_sizes import sample_areas
+from pianta.generation.drawing.room_sizes import sample_areas, sample_corridor_aspects
 from pianta.generation.drawing.site import Site
 from pianta.generation.room_shapes import OPENING
 from pianta.generation.type_model import TypeModel
@@ -29,7 +29,8 @@ class Programme:
 
     graph: connected; nodes are integers. corridors: nodes. areas: of each room, in cells. window_needs: of each room,
     0 to 1. door_widths: of which each door has one, m. opening_share: of the doors between two corridors, how many
-    are openings. site: in which the building is drawn; None for anywhere.
+    are openings. site: in which the building is drawn; None for anywhere. aspects: the longer side over the shorter one
+    of each corridor, those that are known.
     """
 
     graph: nx.Graph
@@ -39,6 +40,7 @@ class Programme:
     door_widths: Sequence[float]
     opening_share: float = 0.0
     site: Site | None = None
+    aspects: Mapping[int, float] = field(default_factory=dict)
 
     def scaled(self, scale: float) -> Programme:
         """The programme with areas that are multiplied."""
@@ -60,6 +62,7 @@ def make_programme(graph: nx.Graph, model: TypeModel, rng: np.random.Generator, 
         list_door_widths(model),
         find_opening_share(model),
         site,
+        sample_corridor_aspects(graph, model, areas, rng),
     )
 
 

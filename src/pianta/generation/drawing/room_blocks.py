@@ -16,8 +16,10 @@ SMALL_RATIO = 3.2
 # Width of a room over the depth of its row from which it becomes deeper than the row.
 LARGE_RATIO = 2.2
 LARGE_SHAPE = 1.6  # width over depth of such a room
+MAX_STRIPS = 2  # beside a room
+STRIP_RATIO = 3.5  # depth over width of a strip of one room, at most
 SMALL_SHAPES = (1.2, 2.4)  # depth over width of a small room
-FRONT = 4  # cells: depth of a room in front of rooms at its back, and its least width between rooms cut out of it
+FRONT = 4  # cells: depth of a room in front of rooms at its back, and its least width
 
 Areas = Mapping[int, float]
 
@@ -47,14 +49,61 @@ def draw_end_room(room: int, area: float, width: int, rng: np.random.Generator) 
     return Block((Rectangle(room, 0, 0, width, rows),), 0, width)
 
 
-def draw_suite(room: int, inner: Sequence[int], areas: Areas, depth: int, rng: np.random.Generator) -> Block:
-    """A room with rooms along its back wall, together a rectangle."""
-    total = areas[room] + sum(areas[each] for each in inner)
+def draw_suite(
+    room: int,
+    inner: Sequence[int],
+    areas: Areas,
+    depth: int,
+    rng: np.random.Generator,
+    *,
+    fronts: Sequence[int] = (),
+) -> Block:
+    """A room with rooms in strips beside it, and with those that are too small for this at its back; a rectangle.
+
+    inner: rooms that are reached through the room. fronts: small rooms that are reached as the room is, each in a strip
+    in front of one of the inner rooms; fewer than these.
+    """
+    total = sum(areas[each] for each in (room, *inner, *fronts))
     if total < depth**2 / 1.5:
         depth = max(NARROWEST + FRONT, round_randomly(sqrt(total), rng))
     elif total > LARGE_RATIO * depth**2:
         depth = round_randomly(sqrt(total / 1.5), rng)
-    sizes = [(each, *_fit_inner(areas[each], depth, 1.0, rng)) for each in inner]
+    strips, back = _draw_strips(inner, fronts, areas, depth, rng)
+    rectangles = [each for strip in strips[:1] for each in strip]
+    start = max((each.x1 for each in rectangles), default=0)
+    rectangles += [each.moved(start, 0) for each in _draw_with_back(room, back, areas, depth, rng)]
+    stop = max(each.x1 for each in rectangles)
+    rectangles += [each.moved(stop, 0) for strip in strips[1:] for each in strip]
+    return Block(tuple(rectangles), start, stop)
+
+
+def _draw_strips(
+    inner: Sequence[int], fronts: Sequence[int], areas: Areas, depth: int, rng: np.random.Generator
+) -> tuple[list[list[Rectangle]], list[int]]:
+    """At most two strips of a depth, of one room or two behind each other; and the inner rooms that are in none."""
+    left = [*inner]
+    groups: list[tuple[int, ...]] = [(front, left.pop()) for front in fronts]
+    while left and len(groups) < MAX_STRIPS:
+        groups.append((left.pop(), left.pop()) if len(left) > 1 else (left.pop(),))
+    strips = []
+    for group in groups:
+        width = max(NARROWEST, round_randomly(sum(areas[each] for each in group) / depth, rng))
+        if len(group) == 1 and depth > STRIP_RATIO * width:
+            left += group
+            continue
+        front = round_randomly(areas[group[0]] / width, rng)
+        height = depth if len(group) == 1 else int(np.clip(front, NARROWEST, depth - NARROWEST))
+        bounds = zip(group, (0, height), (height, depth), strict=False)
+        strips.append([Rectangle(each, 0, first, width, last) for each, first, last in bounds])
+    return strips, left
+
+
+def _draw_with_back(
+    room: int, back: Sequence[int], areas: Areas, depth: int, rng: np.random.Generator
+) -> list[Rectangle]:
+    """A room with rooms along its back wall, together a rectangle."""
+    total = areas[room] + sum(areas[each] for each in back)
+    sizes = [(each, *_fit_inner(areas[each], depth, rng)) for each in back]
     spare = max(round_randomly(total / depth, rng), FRONT) - sum(width for _, width, _ in sizes)
     gaps = [0] * (len(sizes) + 1)
     gaps[rng.integers(len(gaps))] = max(0, spare)
@@ -68,26 +117,7 @@ def draw_suite(room: int, inner: Sequence[int], areas: Areas, depth: int, rng: n
         x += width
     if gaps[-1]:
         rectangles.append(Rectangle(room, x, 0, x + gaps[-1], depth))
-        x += gaps[-1]
-    return Block(tuple(rectangles), 0, x)
-
-
-def draw_notched(room: int, corners: Sequence[int], areas: Areas, depth: int, rng: np.random.Generator) -> Block:
-    """A room in a row, and small rooms beside its door that are cut out of its front corners."""
-    sizes = [(each, *_fit_inner(areas[each], depth, rng.uniform(*SMALL_SHAPES), rng)) for each in corners]
-    area = areas[room] + sum(width * height for _, width, height in sizes)
-    columns = max(round_randomly(area / depth, rng), sum(width for _, width, _ in sizes) + FRONT)
-    left, right = sizes[::2], sizes[1::2]
-    start = sum(width for _, width, _ in left)
-    stop = columns - sum(width for _, width, _ in right)
-    rectangles, x = [Rectangle(room, start, 0, stop, depth)], 0
-    for group, first in ((left, 0), (right, stop)):
-        x = first
-        for each, width, height in group:
-            rectangles.append(Rectangle(each, x, 0, x + width, height))
-            rectangles.append(Rectangle(room, x, height, x + width, depth))
-            x += width
-    return Block(tuple(rectangles), start, stop)
+    return rectangles
 
 
 def stack_blocks(room: Block, behind: Sequence[Block]) -> Block:
@@ -111,7 +141,7 @@ def stack_blocks(room: Block, behind: Sequence[Block]) -> Block:
     return make_block([Rectangle(number, 0, 0, width, height), *rectangles], 0, width)
 
 
-def _fit_inner(area: float, depth: int, shape: float, rng: np.random.Generator) -> tuple[int, int]:
-    """Columns and rows of a room inside a row of a depth, which leave space for the room in front or behind."""
-    rows = int(np.clip(round_randomly(sqrt(area * shape), rng), NARROWEST, depth - FRONT))
+def _fit_inner(area: float, depth: int, rng: np.random.Generator) -> tuple[int, int]:
+    """Columns and rows of a room at the back of another one in a row of a depth, which leave space in front of it."""
+    rows = int(np.clip(round_randomly(sqrt(area), rng), NARROWEST, depth - FRONT))
     return max(NARROWEST, round_randomly(area / rows, rng)), rows

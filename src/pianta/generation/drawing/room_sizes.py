@@ -18,6 +18,7 @@ from pianta.graphs.metrics import find_corridors
 from pianta.worlds.wall_axes import INNER_WALL
 
 SIMILAR = 15  # corridors of the type of which one with a similar number of doors has its area chosen
+SIMILAR_AREAS = 5  # of these corridors, of which one has its aspect chosen
 OWN_SHARE = 0.75  # of the rooms of a building whose areas are those of one floor; chosen by hand
 
 
@@ -45,6 +46,30 @@ def sample_areas(
         # A room measures less than the space between the axes of its walls
         areas[node] = (sqrt(float(rng.choice(table[:, 0]))) + INNER_WALL) ** 2
     return _match_corridors(graph, areas, corridors) if from_one_floor else areas
+
+
+def sample_corridor_aspects(
+    graph: nx.Graph, model: TypeModel, areas: Mapping[int, float], rng: np.random.Generator
+) -> dict[int, float]:
+    """The longer side over the shorter one of each corridor: that of one of the type with the same label.
+
+    Of those with a similar number of doors it is one with a similar area. Empty for a model without aspects.
+    """
+    shapes: dict[str, list[tuple[float, float, float]]] = defaultdict(list)
+    for floor in model.floors:
+        for node, room in floor.graph.nodes(data=True):
+            if "area" in room and "aspect" in room:
+                shapes[room["label"]].append((floor.graph.degree[node], room["area"], room["aspect"]))
+    corridors, aspects = find_corridors(graph, model.schema), {}
+    for node, label in graph.nodes(data="label"):
+        if node not in corridors or not shapes[label]:
+            continue
+        table = np.array(shapes[label])
+        for column, value, count in ((0, graph.degree[node], SIMILAR), (1, areas[node], SIMILAR_AREAS)):
+            difference = abs(table[:, column] - value)
+            table = table[np.argsort(difference, kind="stable")[:count]]
+        aspects[node] = float(rng.choice(table[:, 2]))
+    return aspects
 
 
 def _list_areas(model: TypeModel, labels: set[str]) -> dict[str, NDArray[np.float64]]:

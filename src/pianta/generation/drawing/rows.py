@@ -17,13 +17,14 @@ class Row:
     """Blocks along a side of a corridor, in cells.
 
     blocks: with their positions. length: of all. before, after: by how much the row may begin before the corridor, and
-    end after it, so that each room still has a wall for its door.
+    end after it, so that each room still has a wall for its door. depth: of its usual rooms.
     """
 
     blocks: Sequence[tuple[Block, int]]
     length: int
     before: int
     after: int
+    depth: int
 
     def choose_start(self, length: int, *, before: bool, after: bool, rng: np.random.Generator) -> int:
         """Where the row begins along a corridor of a length: as early or as late as possible, or in the middle.
@@ -35,7 +36,7 @@ class Row:
         return (first, middle, last)[int(rng.integers(3))]
 
 
-def make_row(blocks: Sequence[tuple[Block, int]], length: int, rooms: Collection[int]) -> Row:
+def make_row(blocks: Sequence[tuple[Block, int]], length: int, rooms: Collection[int], depth: int) -> Row:
     """A row of blocks with their positions. rooms: those with a door to the corridor."""
     fronts: dict[int, tuple[int, int]] = {}
     for block, start in blocks:
@@ -45,7 +46,7 @@ def make_row(blocks: Sequence[tuple[Block, int]], length: int, rooms: Collection
                 fronts[room] = min(first, start + x0), max(last, start + x1)
     before = min((last - DOOR_CELLS for _, last in fronts.values()), default=0)
     after = min((length - first - DOOR_CELLS for first, _ in fronts.values()), default=0)
-    return Row(blocks, length, max(0, before), max(0, after))
+    return Row(blocks, length, max(0, before), max(0, after), depth)
 
 
 def divide_paths(

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from itertools import accumulate
+from itertools import accumulate, chain
 from math import sqrt
-from typing import Any
+from typing import Any, NamedTuple
 
 import networkx as nx
 import numpy as np
@@ -16,7 +16,6 @@ from pianta.generation.drawing.choices import Choices
 from pianta.generation.drawing.room_blocks import (
     Areas,
     draw_end_room,
-    draw_notched,
     draw_room,
     draw_suite,
     is_small,
@@ -26,18 +25,29 @@ from pianta.generation.drawing.rows import Row, divide_paths, make_row
 
 # All lengths in cells of 0.5 m, chosen by hand after the schools of the data.
 DEPTHS = (9, 24)  # shallowest and deepest row of rooms
-CORRIDOR_WIDTHS = (5, 12)  # narrowest and widest corridor
-USUAL_WIDTHS = (5.0, 10.0)  # a corridor is longer than its rooms if it would be wider than about this
-HALL_WIDTH = 40  # widest room with rooms on both sides
+CORRIDOR_WIDTHS = (5, 40)  # narrowest and widest corridor, or room with rooms on both sides
+USUAL_WIDTHS = (5.0, 10.0)  # of corridors of which the type has no aspects
 SHORTEST = 4  # corridor
 ALLEY = 4  # beside blocks to which another corridor must lead
+ROOM_ASPECT = 1.5  # of a room with rooms on both sides
 MAX_BEHIND = 2  # blocks behind a room
 MAX_INNER = 3  # rooms at the back of a room; with more it is drawn as a corridor
-MAX_CORNERS = 2  # small rooms cut out of a room
-CORNER_SHARE = 0.45  # of the room's area, at most
 SIDES = (0.9, 1.15)  # depth of a row over the side of a square of a usual room in it
-END_AREAS = (20, 130)  # smallest and largest room at the end of a corridor
+END_AREA = 20  # smallest room at the end of a corridor
+WIDE_END_AREA = 130  # a larger one is wider than the corridor
 WING_RATIO = 1.6  # a block that is higher than this times the depth of the row is a wing
+
+
+class End(NamedTuple):
+    """An end of a corridor, and whether the rows on its sides may go beyond it.
+
+    room: what is there, None for nothing or for what leads to the corridor. A corridor is in the middle of the end, and
+    no row goes beyond it. A room is as wide as the corridor, or wider; then it begins at the side whose row may go on.
+    """
+
+    room: int | None
+    left: bool
+    right: bool
 
 
 @dataclass(eq=False)
@@ -45,13 +55,14 @@ class TreeLayout:
     """Draws a spanning tree of a graph.
 
     graph: connected; nodes are integers. areas: of each room, in cells. corridors: nodes. choices: of the tree, and of
-    what is random at each room.
+    what is random at each room. aspects: of corridors, the longer side over the shorter one, if known.
     """
 
     graph: nx.Graph
     areas: Areas
     corridors: frozenset[Any]
     choices: Choices
+    aspects: Mapping[int, float] = field(default_factory=dict)
     tree: nx.Graph = field(init=False)
     joined: set[int] = field(init=False)
 
@@ -70,14 +81,19 @@ class TreeLayout:
     def _is_leaf(self, room: int) -> bool:
         return len(self.tree[room]) == 1
 
-    def _draw_block(self, room: int, parent: int, depth: int) -> Block:
+    def _is_suite(self, room: int, parent: int) -> bool:
+        """Whether a room leads to few rooms, which lead to nothing else."""
+        children = self._list_children(room, parent)
+        return room not in self.corridors and 0 < len(children) <= MAX_INNER and all(map(self._is_leaf, children))
+
+    def _draw_block(self, room: int, parent: int, depth: int, fronts: Sequence[int] = ()) -> Block:
         children, rng = self._list_children(room, parent), self.choices.make_rng(room)
         if not children:
             return draw_room(room, self.areas[room], depth, rng)
         if room not in self.corridors:
-            if len(children) <= MAX_INNER and all(map(self._is_leaf, children)):
+            if self._is_suite(room, parent):
                 rng.shuffle(children)
-                return draw_suite(room, children, self.areas, depth, rng)
+                return draw_suite(room, children, self.areas, depth, rng, fronts=fronts)
             if len(children) <= MAX_BEHIND:
                 rng.shuffle(children)
                 behind = [self._draw_block(child, room, depth) for child in children]
@@ -87,61 +103,79 @@ class TreeLayout:
     def _draw_strip(self, room: int, parent: int | None, *, ends: int) -> Block:
         """A corridor along y, with blocks on both sides and at its ends."""
         children, rng = self._list_children(room, parent), self.choices.make_rng(room)
-        corridors, rooms = self._choose_ends(room, children, ends, rng)
-        sides = [each for each in children if each not in (*corridors, *rooms)]
-        rows = self._draw_rows(room, sides, rng)
-        wings = [self._draw_block(each, room, sum(DEPTHS) // 2) for each in corridors]
-        # Rows go beyond an end of the corridor if it is free, or has a room as wide as the corridor
-        after, before = len(wings) < 1, ends == 2 and len(wings) < 2
-        row = max(each.length - before * each.before - after * each.after for each in rows)
+        top, bottom = self._choose_ends(room, children, ends, rng)
+        rows = self._draw_rows(room, [each for each in children if each not in {top.room, bottom.room}], rng)
+        sides = [*zip(rows, (bottom.left, bottom.right), (top.left, top.right), strict=True)]
+        row = max(each.length - before * each.before - after * each.after for each, before, after in sides)
         width, length = self._choose_size(room, row, rng)
         rectangles = [Rectangle(room, 0, 0, width, length)]
-        for each, is_left in zip(rows, (True, False), strict=True):
+        for (each, before, after), is_left in zip(sides, (True, False), strict=True):
             first = each.choose_start(length, before=before, after=after, rng=rng)
             for r in (r for block, y in each.blocks for r in block.moved(first + y, 0)):
                 corners = (-r.y1, r.x0, -r.y0, r.x1) if is_left else (width + r.y0, r.x0, width + r.y1, r.x1)
                 rectangles.append(Rectangle(r.room, *corners))
-        blocks = [*wings, *(draw_end_room(each, self.areas[each], width, rng) for each in rooms)]
-        for block, is_top in zip(blocks, (True, False), strict=False):
-            x = width // 2 - (block.start + block.stop) // 2
-            bounds = (DOOR_CELLS - block.stop, width - DOOR_CELLS - block.start)
-            for r in block.moved(int(np.clip(x, *bounds)), 0):
+        for end, is_top in ((top, True), (bottom, False)):
+            for r in self._draw_end(end, room, rows, width):
                 y = (length + r.y0, length + r.y1) if is_top else (-r.y1, -r.y0)
                 rectangles.append(Rectangle(r.room, r.x0, y[0], r.x1, y[1]))
         return make_block(rectangles, 0, width)
 
-    def _choose_ends(
-        self, room: int, children: Sequence[int], ends: int, rng: np.random.Generator
-    ) -> tuple[list[int], list[int]]:
-        """The corridors and the rooms at the ends of a corridor, together as many as ends at most."""
+    def _choose_ends(self, room: int, children: Sequence[int], ends: int, rng: np.random.Generator) -> tuple[End, End]:
+        """Both ends of a corridor; with `ends` of 1 its parent is at the second one."""
         corridors = [each for each in children if each in self.corridors and not self._is_leaf(each)]
         rng.shuffle(corridors)
         corridors = corridors[: int(rng.integers(0, ends + 1)) if len(children) > MAX_BEHIND else ends]
-        if room not in self.corridors or len(children) - len(corridors) <= MAX_BEHIND:
-            return corridors, []
-        siblings = self.graph.subgraph(children)
-        least, most = END_AREAS
-        rooms = [
-            each
-            for each in children
-            if self._is_leaf(each) and siblings.degree[each] == 0 and least <= self.areas[each] <= most
-        ]
-        rng.shuffle(rooms)
-        return corridors, rooms[: int(rng.integers(0, ends - len(corridors) + 1))]
+        chosen = [End(each, left=False, right=False) for each in corridors]
+        if room in self.corridors and len(children) - len(corridors) > MAX_BEHIND:
+            siblings = self.graph.subgraph(children)
+            rooms = [
+                each
+                for each in children
+                if self._is_leaf(each) and siblings.degree[each] == 0 and self.areas[each] >= END_AREA
+            ]
+            rng.shuffle(rooms)
+            for each in rooms[: int(rng.integers(0, ends - len(corridors) + 1))]:
+                is_wide, is_left = self.areas[each] > WIDE_END_AREA, bool(rng.integers(2))
+                chosen.append(End(each, left=is_left or not is_wide, right=not (is_left and is_wide)))
+        chosen += [End(None, left=True, right=True)] * (ends - len(chosen))
+        first, second = (*chosen, End(None, left=False, right=False))[:2]
+        return first, second
+
+    def _draw_end(self, end: End, parent: int, rows: Sequence[Row], width: int) -> list[Rectangle]:
+        """What is at an end of a corridor of a width, above y = 0."""
+        if end.room is None:
+            return []
+        if end.left and end.right:
+            return draw_end_room(end.room, self.areas[end.room], width, self.choices.make_rng(end.room)).moved(0, 0)
+        if end.left or end.right:
+            block = self._draw_block(end.room, parent, rows[end.right].depth)
+            return block.moved(0 if end.left else width - block.width, 0)
+        block = self._draw_block(end.room, parent, sum(DEPTHS) // 2)
+        bounds = (DOOR_CELLS - block.stop, width - DOOR_CELLS - block.start)
+        return block.moved(int(np.clip(width // 2 - (block.start + block.stop) // 2, *bounds)), 0)
 
     def _draw_rows(self, room: int, children: Sequence[int], rng: np.random.Generator) -> list[Row]:
         """The rows on both sides of a corridor, each of a depth that fits its rooms."""
         depth = self._choose_depth(children, rng)
-        wings = {each: self._draw_block(each, room, depth) for each in children if not self._is_leaf(each)}
+        fronts = self._choose_fronts(room, children, depth, rng)
+        wings = {
+            each: self._draw_block(each, room, depth, fronts.get(each, ()))
+            for each in children
+            if not self._is_leaf(each)
+        }
+        in_front = {*chain(*fronts.values())}
+        paths = self._find_paths([each for each in children if each not in in_front], rng)
 
         def measure(each: int) -> float:
             return wings[each].width if each in wings else sqrt(self.areas[each])
 
+        def draw(each: int, depth: int) -> Block:
+            return wings.get(each) or draw_room(each, self.areas[each], depth, self.choices.make_rng(each))
+
         rows = []
-        for paths in divide_paths(self._find_paths(children, rng), measure, self.areas.__getitem__, rng):
-            depth = self._choose_depth([each for path in paths for each in path], rng)
-            groups = self._group_blocks(paths, wings, depth, rng)
-            rows.append(self._make_row(groups, children, depth, rng))
+        for side in divide_paths(paths, measure, self.areas.__getitem__, rng):
+            depth = self._choose_depth([*chain(*side)], rng)
+            rows.append(self._make_row([[draw(each, depth) for each in path] for path in side], children, depth, rng))
         return rows
 
     def _choose_depth(self, children: Sequence[int], rng: np.random.Generator) -> int:
@@ -155,38 +189,17 @@ class TreeLayout:
         return min(max(depth, DEPTHS[0]), DEPTHS[1])
 
     def _choose_size(self, room: int, row: int, rng: np.random.Generator) -> tuple[int, int]:
-        """Width and length of a corridor of its area, which is as long as its longer row of rooms at least."""
+        """Width and length of a corridor of its area and aspect; it is as long as its longer row of rooms at least."""
         area, is_corridor = self.areas[room], room in self.corridors
-        length = max(row, SHORTEST)
-        usual = rng.uniform(*USUAL_WIDTHS) if is_corridor else max(6.0, sqrt(area / 1.5))
-        length = max(length, min(round_randomly(area / usual, rng), int(1.5 * length) + 12))
+        if is_corridor and room not in self.aspects:
+            usual = area / rng.uniform(*USUAL_WIDTHS)
+        else:
+            usual = sqrt(area * self.aspects.get(room, ROOM_ASPECT))
+        length = max(row, SHORTEST, round_randomly(usual, rng))
         if is_corridor and room in self.joined:
             length = max(length, row + ALLEY)
-        widest = CORRIDOR_WIDTHS[1] if is_corridor else HALL_WIDTH
-        return min(max(round_randomly(area / length, rng), CORRIDOR_WIDTHS[0]), widest), length
-
-    def _group_blocks(
-        self, groups: Sequence[Sequence[int]], wings: Mapping[int, Block], depth: int, rng: np.random.Generator
-    ) -> list[list[Block]]:
-        """The blocks of the rooms in a row; those with a door between them side by side, as a group.
-
-        wings: the blocks of rooms with others behind them.
-        """
-        corners = self._choose_corners(groups, depth, rng)
-        cut_out = {small for smalls in corners.values() for small in smalls}
-        blocks = []
-        for group in groups:
-            if group[0] in cut_out:
-                continue
-            blocks.append([wings.get(each) or self._draw_in_row(each, corners.get(each), depth) for each in group])
-        return blocks
-
-    def _draw_in_row(self, room: int, corners: Sequence[int] | None, depth: int) -> Block:
-        """The block of a room in a row, and of small rooms that are cut out of its corners."""
-        rng = self.choices.make_rng(room)
-        if corners:
-            return draw_notched(room, corners, self.areas, depth, rng)
-        return draw_room(room, self.areas[room], depth, rng)
+        narrowest, widest = CORRIDOR_WIDTHS
+        return min(max(round_randomly(area / length, rng), narrowest), widest), length
 
     def _find_paths(self, rooms: Sequence[int], rng: np.random.Generator) -> list[list[int]]:
         """The rooms in an order in which many with a door between them follow each other."""
@@ -206,31 +219,24 @@ class TreeLayout:
             paths.append(path)
         return paths
 
-    def _choose_corners(
-        self, groups: Sequence[Sequence[int]], depth: int, rng: np.random.Generator
+    def _choose_fronts(
+        self, parent: int, children: Sequence[int], depth: int, rng: np.random.Generator
     ) -> dict[int, list[int]]:
-        """Which small rooms are cut out of which larger room beside them; none to which arms must lead."""
-        leaves = {room for group in groups for room in group if self._is_leaf(room)}
+        """A small room for each suite in which a strip has space in front of its only room; none that needs an arm."""
+        siblings = self.graph.subgraph(children)
         smalls = [
-            group[0]
-            for group in groups
-            if len(group) == 1 and group[0] in leaves - self.joined and is_small(self.areas[group[0]], depth)
+            each
+            for each in children
+            if self._is_leaf(each)
+            and each not in self.joined
+            and siblings.degree[each] == 0
+            and is_small(self.areas[each], depth)
         ]
-        hosts = [
-            room
-            for room in sorted(leaves)
-            if not is_small(self.areas[room], depth) and 7 * depth < self.areas[room] < 2 * depth**2
-        ]
+        suites = [each for each in children if self._is_suite(each, parent)]
         rng.shuffle(smalls)
-        rng.shuffle(hosts)
-        corners: dict[int, list[int]] = {host: [] for host in hosts}
-        for small in smalls:
-            for host, others in corners.items():
-                total = self.areas[small] + sum(self.areas[each] for each in others)
-                if len(others) < MAX_CORNERS and total < CORNER_SHARE * self.areas[host]:
-                    others.append(small)
-                    break
-        return corners
+        rng.shuffle(suites)
+        odd = [each for each in suites if len(self._list_children(each, parent)) % 2]
+        return {suite: [small] for suite, small in zip(odd, smalls, strict=False)}
 
     def _make_row(self, groups: list[list[Block]], rooms: Sequence[int], depth: int, rng: np.random.Generator) -> Row:
         """The blocks of a side with their positions; wings are at one of its ends."""
@@ -242,8 +248,8 @@ class TreeLayout:
         for index in order:
             group = groups[index] if rng.random() < 1 / 2 else groups[index][::-1]
             for block in group:
-                rooms = block.rooms
-                gap = ALLEY if self.choices.alleys and len(rooms) > 1 and not self.joined.isdisjoint(rooms) else 0
+                is_wing = len(block.rooms) > 1
+                gap = ALLEY if self.choices.alleys and is_wing and not self.joined.isdisjoint(block.rooms) else 0
                 row.append((block if rng.random() < 1 / 2 else block.mirrored(), y + gap))
                 y += block.width + 2 * gap
-        return make_row(row, y, frozenset(rooms))
+        return make_row(row, y, frozenset(rooms), depth)
