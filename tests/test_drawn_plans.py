@@ -228,12 +228,12 @@ class TestLosses:
         assert measure_shape(block) == pytest.approx(16 / 12 + 0.3)
 
     def test_gaps_lose_by_their_way(self):
-        """Arms of 5 cells for each cell of the way, 6 times over the area; three times for two rooms; no way is 150."""
+        """Arms of 5 cells for each cell of the way, 6 times over the area; six times for two rooms; no way is 150."""
         cells = np.full((24, 40), -1, np.int32)
         cells[8:16, 8:16], cells[8:16, 24:32] = 0, 1
         free = measure_gaps(cells, [(0, 1)], frozenset({0}))
         assert 0.3 + 6 * 5 * 2 / 128 < free < 0.3 + 6 * 5 * 12 / 128
-        assert measure_gaps(cells, [(0, 1)], frozenset()) == pytest.approx(0.3 + 3 * (free - 0.3))
+        assert measure_gaps(cells, [(0, 1)], frozenset()) == pytest.approx(0.3 + 6 * (free - 0.3))
         cells[4:8, 8:16], cells[16:20, 8:16], cells[4:20, 4:8], cells[4:20, 16:20] = 2, 2, 2, 2
         assert measure_gaps(cells, [(0, 1)], frozenset({0})) == pytest.approx(0.3 + 6 * 5 * 150 / (cells >= 0).sum())
 
@@ -252,7 +252,7 @@ class TestLosses:
         assert measure_width(cells == 0) == 10
         assert count_narrow_rooms(cells) == narrow
         corner = 0.05 * (width < 10)
-        assert measure_arms(cells, 2, 10) == pytest.approx(0.6 + 60 / (cells == 0).sum() + 0.5 * narrow + corner)
+        assert measure_arms(cells, 2, 10) == pytest.approx(0.6 + 60 / (cells == 0).sum() + narrow + corner)
 
 
 class TestStrips:
