@@ -214,6 +214,19 @@ class TestShapesThatWait:
         assert mapper.state.waiting == ()
         assert all(room.predicted for room in mapper.floor if room.partial)
 
+    def test_an_update_that_reads_the_whole_map_predicts_one_shape(self, grid, monkeypatch):
+        mapper = Mapper(labels=False)
+        mapper.update(reveal(grid, 0.5))
+        before = {room.id: room.predicted for room in mapper.floor if room.predicted}
+        monkeypatch.setattr("pianta.mapping.mapper.MAX_READ_SHARE", 0.0)
+        update = mapper.update(reveal(grid, 0.52))
+        assert update.read_share == 1.0
+        assert mapper.state is not None
+        partial = [room for room in update.floor if room.partial]
+        assert len(mapper.state.waiting) == len(partial) - 1 > 0
+        # Those that wait keep their shapes
+        assert any(room.predicted for room in partial if room.id in before.keys() & {*mapper.state.waiting})
+
     def test_a_shape_that_waits_overlaps_no_other_room(self):
         before = Room(1, box(0, 0, 4, 4), partial=True, predicted=box(0, 0, 8, 4), confidence=0.5)
         room, other = (

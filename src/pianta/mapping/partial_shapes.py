@@ -14,11 +14,14 @@ from pianta._types import Floats
 from pianta.floor import Floor, Room, round_floor
 from pianta.gridmap import GridMap
 from pianta.layout.partial.predict import predict_partial_rooms
+from pianta.mapping.changed_parts import have_same_frame
 from pianta.mapping.state import MapState
 
 # All chosen by hand.
 SHAPE_MARGIN = 0.3  # m around a predicted shape, in which nothing has changed if it stays
-MAX_PREDICTED = 3  # shapes that an update predicts; a limit of time, which the first reading does not have
+# Shapes that an update predicts, and one that reads the whole map, which takes long itself; the first one has no limit.
+MAX_PREDICTED = 3
+MAX_AFTER_WHOLE = 1
 MAX_OVERLAP = 0.01  # of a predicted shape with other rooms, up to which it stays while it waits
 
 
@@ -29,7 +32,7 @@ def predict_shapes(
 
     Where nothing has changed, the shapes before stay. changed: x, y of the changed cells, shape (N, 2); None for all.
     """
-    old = {room.id: room for room in before.floor} if before and changed is not None else {}
+    old = {room.id: room for room in before.floor} if before and have_same_frame(grid, before.grid) else {}
     waiting = () if before is None else before.waiting
     same = {
         room.id: each
@@ -38,7 +41,8 @@ def predict_shapes(
     }
     pending = [room.id for room in floor if room.partial and room.id not in same]
     pending.sort(key=lambda room_id: waiting.index(room_id) if room_id in waiting else len(waiting))
-    left = () if before is None else tuple(pending[MAX_PREDICTED:])
+    most = MAX_AFTER_WHOLE if changed is None else MAX_PREDICTED
+    left = () if before is None else tuple(pending[most:])
     same |= {room_id: let_wait(floor[room_id], old.get(room_id), floor) for room_id in left}
     # What was predicted before counts as a room
     rooms = [replace(strip_predictions(same[room.id]), partial=False) if room.id in same else room for room in floor]
