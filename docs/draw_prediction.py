@@ -23,7 +23,7 @@ from pianta.prediction.prediction import predict
 from pianta.prediction.revealed_floor import reveal_corridors
 from pianta_bench.data.folders import find_data
 
-SEED, WIDTH, PLANS_WIDTH = 4, 1300, 1600
+SEED, WIDTH, PLANS_WIDTH = 4, 1300, 1300
 # The real school; explored corridors of it, and of the synthetic school.
 NAME, CORRIDORS, SYNTHETIC_CORRIDORS = "cunningham2f.xml", 3, 2
 # That of which samples are drawn.

@@ -1,4 +1,4 @@
-"""The picture of drawn predictions: plans side by side, and the probability that a cell is free."""
+"""The picture of drawn predictions: plans beside each other, and the probability that a cell is free."""
 
 from __future__ import annotations
 
@@ -36,9 +36,10 @@ TITLE = 0.45
 BAR = 0.12  # width of the colour bar
 BAR_LABELS = 0.6
 LEGEND_ROW = 0.21
-LEGEND_COLUMNS = 6
+LEGEND_COLUMNS = 4
 FONT_SIZE = 9
 MARGIN = 2.0  # m around the rooms
+COLUMNS = 2  # so that numbers of rooms can be read on a page
 
 
 def draw_continuations_picture(
@@ -56,13 +57,18 @@ def draw_continuations_picture(
     handles, texts = zip(*list_shared_samples([plan.floor for plan in continuations.plans], schemas), strict=True)
     below = LEGEND_ROW * (ceil(len(handles) / LEGEND_COLUMNS) + 1)
     count = len(continuations.plans) + 1
-    size = (count * (width + GAP) + GAP + BAR + BAR_LABELS, height + below + TITLE)
+    rows = ceil(count / COLUMNS)
+    size = (COLUMNS * (width + GAP) + GAP + BAR + BAR_LABELS, rows * (height + TITLE) + below)
     figure = new_figure(*size)
-    boxes = [(GAP + number * (width + GAP), below, width, height) for number in range(count)]
+    places = (divmod(number, COLUMNS) for number in range(count))
+    boxes = [
+        (GAP + column * (width + GAP), below + (rows - 1 - row) * (height + TITLE), width, height)
+        for row, column in places
+    ]
     axes = [figure.add_axes(_scale_box(box, size)) for box in boxes]
     for plan, ax in zip(continuations.plans, axes, strict=False):
         _plot_plan(plan, grid, schemas, samples, ax)
-    bar = figure.add_axes(_scale_box((boxes[-1][0] + width + GAP / 2, below, BAR, height), size))
+    bar = figure.add_axes(_scale_box((boxes[-1][0] + width + GAP / 2, boxes[-1][1], BAR, height), size))
     plot_free_probability(continuations.grid, ax=axes[-1], bar=bar)
     for ax in axes:
         ax.set_axis_off()
