@@ -54,7 +54,7 @@ def test_a_row_goes_beyond_the_corridor_as_far_as_doors_allow():
     first = Block((Rectangle(1, 0, 0, 10, 12),), 0, 10)
     # A wing: its corridor 2 has rooms 3 and 4 on both sides, which have no door to the corridor of the row
     wing = Block((Rectangle(3, 0, 0, 6, 9), Rectangle(2, 6, 0, 10, 20), Rectangle(4, 10, 0, 16, 9)), 6, 10)
-    row = make_row([(first, 0), (wing, 10)], 26, {1, 2})
+    row = make_row([(first, 0), (wing, 10)], 26, {1, 2}, 12)
     assert (row.before, row.after) == (10 - DOOR_CELLS, 10 - DOOR_CELLS)
     rng = np.random.default_rng(0)
     assert {row.choose_start(12, before=True, after=True, rng=rng) for _ in range(30)} == {-7}

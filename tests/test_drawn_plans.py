@@ -28,7 +28,7 @@ from pianta.generation.drawing.losses import (
 )
 from pianta.generation.drawing.programme import Programme
 from pianta.generation.drawing.room_blocks import draw_room, draw_suite, stack_blocks
-from pianta.generation.drawing.room_sizes import sample_areas
+from pianta.generation.drawing.room_sizes import sample_areas, sample_corridor_aspects
 from pianta.generation.drawing.short_arms import find_harmed, find_short_arm
 from pianta.generation.drawing.site import OUTSIDE
 from pianta.generation.drawing.strips import TreeLayout
@@ -367,6 +367,22 @@ class TestDrawPlan:
         areas = sample_areas(graph, learn_type(graphs, SCHOOL), rng, from_one_floor=True)
         corridors = [node for node, label in graph.nodes(data="label") if label == "CORRIDOR"]
         assert sorted(corridors, key=areas.__getitem__) == sorted(corridors, key=graph.degree)
+
+    def test_corridors_have_the_aspect_of_those_with_as_many_doors_and_a_similar_area(self, rng):
+        """Twenty corridors with two doors, of 2, 4, … 40 m², and as many with three; the aspect is the area."""
+        graphs = [join_wings(("C" * doors,), (), source=f"{doors} {n}") for doors in (2, 3) for n in range(20)]
+        for number, graph in enumerate(graphs):
+            for _, room in graph.nodes(data=True):
+                room["area"] = 2.0 * (1 + number % 20)
+                room["aspect"] = room["area"] + 100 * (number >= 20)
+        model = learn_type(graphs, SCHOOL)
+        aspects = [sample_corridor_aspects(graphs[0], model, {0: 9.9}, rng) for _ in range(60)]
+        # Of two doors the first 15, of these the five with an area near 9.9 m²
+        assert {aspect for each in aspects for aspect in each.values()} == {6.0, 8.0, 10.0, 12.0, 14.0}
+        for graph in graphs:
+            for _, room in graph.nodes(data=True):
+                del room["aspect"]
+        assert sample_corridor_aspects(graphs[0], learn_type(graphs, SCHOOL), {0: 9.9}, rng) == {}
 
     def test_the_same_seed_gives_the_same_floor(self, model):
         graph = make_schools()[3]
