@@ -11,9 +11,9 @@ from pianta.generation.drawing.blocks import NO_ROOM, Cells
 
 # All chosen by hand, on the graphs of real schools.
 WIDEST_GAP = 14  # cells
-DEEPEST_STEP = 12  # cells, of a facade that becomes straight
+DEEPEST_STEP = 8  # cells, of a facade that becomes straight
 MIN_TOUCHED = 0.2  # of the side that grows, which meets another room
-MAX_GROWTH = 0.8  # of the area of a room
+MAX_GROWTH = 0.5  # of the area of a room
 PASSES = 2
 GROWTH = 1.08  # of the area of a building, as is usual: rooms are as much smaller before
 

@@ -24,7 +24,7 @@ Pixels = NDArray[np.uint8]  # 0 and 1
 # What a layout loses, besides its bounding box over its area. All chosen by hand, on drawn schools.
 LOSS_BY_LENGTH = 0.3  # for each time that it is as long as wide
 LOSS_BY_FACADE = 0.6  # for the length of the facade, over the side of a square of the same area
-LOSS_BY_ELONGATION = 0.3  # for each time that corridors are as long as wide, on average
+LOSS_BY_ELONGATION = 0.15  # for each time that corridors are as long as wide, on average
 LOSS_BY_DARKNESS = 3.0  # if no room has windows and all need some
 WINDOW_CELLS = 4  # of outer wall, with which a room has windows
 COURT_CELLS = 15  # least width of a court with windows to it; narrower gaps are closed

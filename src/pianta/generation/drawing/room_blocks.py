@@ -12,13 +12,13 @@ from pianta.generation.drawing.blocks import DOOR_CELLS, NARROWEST, Block, Recta
 # All chosen by hand. A room that would be narrower than this, in cells, or deeper than this times its width, is small:
 # it has a shape of its own instead of the depth of its row.
 SMALL_WIDTH = 4
-SMALL_RATIO = 4.0
+SMALL_RATIO = 3.2
 # Width of a room over the depth of its row from which it becomes deeper than the row.
 LARGE_RATIO = 2.2
 LARGE_SHAPE = 1.6  # width over depth of such a room
 MAX_STRIPS = 2  # beside a room
 STRIP_RATIO = 3.5  # depth over width of a strip of one room, at most
-SMALL_SHAPES = (1.4, 2.8)  # depth over width of a small room
+SMALL_SHAPES = (1.2, 2.4)  # depth over width of a small room
 FRONT = 4  # cells: depth of a room in front of rooms at its back, and its least width
 
 Areas = Mapping[int, float]

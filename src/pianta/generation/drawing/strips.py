@@ -239,12 +239,8 @@ class TreeLayout:
         return {suite: [small] for suite, small in zip(odd, smalls, strict=False)}
 
     def _make_row(self, groups: list[list[Block]], rooms: Sequence[int], depth: int, rng: np.random.Generator) -> Row:
-        """The blocks of a side with their positions; wings are at one of its ends, wide rooms often at both."""
+        """The blocks of a side with their positions; wings are at one of its ends."""
         order = rng.permutation(len(groups)).tolist()
-        if rng.random() < 1 / 2:
-            # Wide rooms go far beyond the ends of the corridor, which is short then
-            order.sort(key=lambda index: -sum(block.width for block in groups[index]))
-            order = [*order[::2], *order[1::2][::-1]]
         order.sort(key=lambda index: max(block.height for block in groups[index]) > WING_RATIO * depth)
         if rng.random() < 1 / 2:
             order.reverse()
