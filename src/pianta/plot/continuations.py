@@ -60,10 +60,10 @@ def draw_continuations_picture(
     rows = ceil(count / COLUMNS)
     size = (COLUMNS * (width + GAP) + GAP + BAR + BAR_LABELS, rows * (height + TITLE) + below)
     figure = new_figure(*size)
-    places = (divmod(number, COLUMNS) for number in range(count))
+    positions = (divmod(number, COLUMNS) for number in range(count))
     boxes = [
         (GAP + column * (width + GAP), below + (rows - 1 - row) * (height + TITLE), width, height)
-        for row, column in places
+        for row, column in positions
     ]
     axes = [figure.add_axes(_scale_box(box, size)) for box in boxes]
     for plan, ax in zip(continuations.plans, axes, strict=False):
