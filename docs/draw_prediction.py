@@ -23,7 +23,7 @@ from pianta.prediction.prediction import predict
 from pianta.prediction.revealed_floor import reveal_corridors
 from pianta_bench.data.folders import find_data
 
-SEED, WIDTH, PLANS_WIDTH = 4, 1300, 1300
+SEED, WIDTH = 4, 1300
 # The real school; explored corridors of it, and of the synthetic school.
 NAME, CORRIDORS, SYNTHETIC_CORRIDORS = "cunningham2f.xml", 3, 2
 # That of which samples are drawn.
@@ -52,7 +52,7 @@ def draw_explored(floor: nx.Graph, others: list[nx.Graph], *, corridors: int, pa
     truth = reveal_corridors(floor, SCHOOL, corridors=corridors)
     prediction = predict(truth.part, learn_type(others, SCHOOL), seed=SEED)
     save_figure(draw_prediction(prediction, truth=truth), path)
-    reduce_picture(path, WIDTH)
+    reduce_picture(path)
 
 
 def draw_plans(floor: Floor, others: list[nx.Graph], *, corridors: int, path: Path) -> None:
@@ -61,14 +61,14 @@ def draw_plans(floor: Floor, others: list[nx.Graph], *, corridors: int, path: Pa
     prediction = predict(truth.part, model, seed=SEED)
     continuations = draw_continuations(prediction, floor, model=model, truth=truth, seed=SEED)
     save_figure(draw_continuations_picture(continuations, schema=SCHOOL, samples=len(prediction.samples)), path)
-    reduce_picture(path, PLANS_WIDTH)
+    reduce_picture(path)
 
 
-def reduce_picture(path: Path, width: int) -> None:
+def reduce_picture(path: Path) -> None:
     """Make a picture narrower, in 256 colours."""
     with Image.open(path) as picture:
         smaller = picture.convert("RGB").resize(
-            (width, picture.height * width // picture.width), Image.Resampling.LANCZOS
+            (WIDTH, picture.height * WIDTH // picture.width), Image.Resampling.LANCZOS
         )
     smaller.quantize(256, Image.Quantize.MAXCOVERAGE).save(path, optimize=True)
 

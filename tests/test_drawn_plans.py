@@ -111,10 +111,10 @@ class TestBlocks:
         assert paint_cells(block, 0).tolist() == [[2] * 5 + [0] * 10] * 6 + [[1] * 5 + [0] * 10] * 4
         assert (block.start, block.stop) == (5, 15)
 
-    def test_small_rooms_are_in_front_of_rooms_that_are_reached_through_a_suite(self, rng):
+    def test_a_small_room_is_in_front_of_a_room_that_is_reached_through_a_suite(self, rng):
         """Strips of 50 cells, 5 × 10, on both sides of a room of 8 × 10; the second one has inner rooms alone."""
         areas = {0: 80.0, 1: 15.0, 2: 20.0, 3: 30.0, 4: 35.0}
-        block = draw_suite(0, [2, 3, 4], areas, 10, rng, fronts=[1])
+        block = draw_suite(0, [2, 3, 4], areas, 10, rng, front=1)
         cells = paint_cells(block, 0)
         assert cells[0].tolist() == [1] * 5 + [0] * 8 + [3] * 5
         assert cells[-1].tolist() == [4] * 5 + [0] * 8 + [2] * 5

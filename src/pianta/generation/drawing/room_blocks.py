@@ -56,19 +56,19 @@ def draw_suite(
     depth: int,
     rng: np.random.Generator,
     *,
-    fronts: Sequence[int] = (),
+    front: int | None = None,
 ) -> Block:
     """A room with rooms in strips beside it, and with those that are too small for this at its back; a rectangle.
 
-    inner: rooms that are reached through the room. fronts: small rooms that are reached as the room is, each in a strip
-    in front of one of the inner rooms; fewer than these.
+    inner: rooms that are reached through the room. front: a small room that is reached as the room is, in a strip in
+    front of one of the inner rooms.
     """
-    total = sum(areas[each] for each in (room, *inner, *fronts))
+    total = sum(areas[each] for each in (room, *inner, *([] if front is None else [front])))
     if total < depth**2 / 1.5:
         depth = max(NARROWEST + FRONT, round_randomly(sqrt(total), rng))
     elif total > LARGE_RATIO * depth**2:
         depth = round_randomly(sqrt(total / 1.5), rng)
-    strips, back = _draw_strips(inner, fronts, areas, depth, rng)
+    strips, back = _draw_strips(inner, front, areas, depth, rng)
     rectangles = [each for strip in strips[:1] for each in strip]
     start = max((each.x1 for each in rectangles), default=0)
     rectangles += [each.moved(start, 0) for each in _draw_with_back(room, back, areas, depth, rng)]
@@ -78,11 +78,11 @@ def draw_suite(
 
 
 def _draw_strips(
-    inner: Sequence[int], fronts: Sequence[int], areas: Areas, depth: int, rng: np.random.Generator
+    inner: Sequence[int], front: int | None, areas: Areas, depth: int, rng: np.random.Generator
 ) -> tuple[list[list[Rectangle]], list[int]]:
     """At most two strips of a depth, of one room or two behind each other; and the inner rooms that are in none."""
     left = [*inner]
-    groups: list[tuple[int, ...]] = [(front, left.pop()) for front in fronts]
+    groups: list[tuple[int, ...]] = [] if front is None else [(front, left.pop())]
     while left and len(groups) < MAX_STRIPS:
         groups.append((left.pop(), left.pop()) if len(left) > 1 else (left.pop(),))
     strips = []
@@ -91,8 +91,8 @@ def _draw_strips(
         if len(group) == 1 and depth > STRIP_RATIO * width:
             left += group
             continue
-        front = round_randomly(areas[group[0]] / width, rng)
-        height = depth if len(group) == 1 else int(np.clip(front, NARROWEST, depth - NARROWEST))
+        first_depth = round_randomly(areas[group[0]] / width, rng)
+        height = depth if len(group) == 1 else int(np.clip(first_depth, NARROWEST, depth - NARROWEST))
         bounds = zip(group, (0, height), (height, depth), strict=False)
         strips.append([Rectangle(each, 0, first, width, last) for each, first, last in bounds])
     return strips, left

@@ -53,7 +53,8 @@ def sample_corridor_aspects(
 ) -> dict[int, float]:
     """The longer side over the shorter one of each corridor: that of one of the type with the same label.
 
-    Of those with a similar number of doors it is one with a similar area. Empty for a model without aspects.
+    Of those with a similar number of doors it is one with a similar area. areas: of the rooms, m². Empty for a model
+    without aspects.
     """
     shapes: dict[str, list[tuple[float, float, float]]] = defaultdict(list)
     for floor in model.floors:

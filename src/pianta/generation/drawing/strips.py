@@ -86,14 +86,14 @@ class TreeLayout:
         children = self._list_children(room, parent)
         return room not in self.corridors and 0 < len(children) <= MAX_INNER and all(map(self._is_leaf, children))
 
-    def _draw_block(self, room: int, parent: int, depth: int, fronts: Sequence[int] = ()) -> Block:
+    def _draw_block(self, room: int, parent: int, depth: int, front: int | None = None) -> Block:
         children, rng = self._list_children(room, parent), self.choices.make_rng(room)
         if not children:
             return draw_room(room, self.areas[room], depth, rng)
         if room not in self.corridors:
             if self._is_suite(room, parent):
                 rng.shuffle(children)
-                return draw_suite(room, children, self.areas, depth, rng, fronts=fronts)
+                return draw_suite(room, children, self.areas, depth, rng, front=front)
             if len(children) <= MAX_BEHIND:
                 rng.shuffle(children)
                 behind = [self._draw_block(child, room, depth) for child in children]
@@ -159,11 +159,9 @@ class TreeLayout:
         depth = self._choose_depth(children, rng)
         fronts = self._choose_fronts(room, children, depth, rng)
         wings = {
-            each: self._draw_block(each, room, depth, fronts.get(each, ()))
-            for each in children
-            if not self._is_leaf(each)
+            each: self._draw_block(each, room, depth, fronts.get(each)) for each in children if not self._is_leaf(each)
         }
-        in_front = {*chain(*fronts.values())}
+        in_front = {*fronts.values()}
         paths = self._find_paths([each for each in children if each not in in_front], rng)
 
         def measure(each: int) -> float:
@@ -221,7 +219,7 @@ class TreeLayout:
 
     def _choose_fronts(
         self, parent: int, children: Sequence[int], depth: int, rng: np.random.Generator
-    ) -> dict[int, list[int]]:
+    ) -> dict[int, int]:
         """A small room for each suite in which a strip has space in front of its only room; none that needs an arm."""
         siblings = self.graph.subgraph(children)
         smalls = [
@@ -236,7 +234,7 @@ class TreeLayout:
         rng.shuffle(smalls)
         rng.shuffle(suites)
         odd = [each for each in suites if len(self._list_children(each, parent)) % 2]
-        return {suite: [small] for suite, small in zip(odd, smalls, strict=False)}
+        return dict(zip(odd, smalls, strict=False))
 
     def _make_row(self, groups: list[list[Block]], rooms: Sequence[int], depth: int, rng: np.random.Generator) -> Row:
         """The blocks of a side with their positions; wings are at one of its ends."""
