@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from pianta.evacuation.evacuation import Evacuation
 from pianta.plot.figure import DOOR_LEVEL, GRAPH_LEVEL, ROOM_LEVEL, WALL_LEVEL, new_ax
-from pianta.plot.floor_parts import ENTRANCE_COLOR, HATCH_COLOR, draw_door, plot_doors
+from pianta.plot.floor_parts import HATCH_COLOR, draw_door, draw_entrance, plot_doors
 from pianta.plot.picture import add_legend, find_extent, new_picture, plot_scale_bar, show_extent
 from pianta.plot.room_marks import plot_ids
 from pianta.plot.styles import EDGE_COLOR, RoomStyle
@@ -161,7 +161,7 @@ def _list_samples(evacuation: Evacuation) -> list[tuple[Artist, str]]:
     if evacuation.exit_rooms:
         samples.append((fill(EXIT_COLOR), "exit"))
     if evacuation.exit_doors:
-        samples.append((draw_door([], [], color=ENTRANCE_COLOR), "entrance, an exit"))
+        samples.append((draw_entrance([], []), "entrance, an exit"))
     samples.append((Line2D([], [], color=WAY_COLOR, linewidth=1.5), "way, as wide as its people"))
     samples.append((draw_door([], []), "door"))
     if evacuation.dead_ends:

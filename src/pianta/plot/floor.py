@@ -17,13 +17,13 @@ from pianta.gridmap import UNKNOWN, GridMap
 from pianta.labels import SCHEMAS
 from pianta.plot.figure import DPI, encode_png, new_ax, shorten
 from pianta.plot.floor_parts import (
-    ENTRANCE_COLOR,
     FURNITURE_COLOR,
     FURNITURE_OPACITY,
     HATCH,
     HATCH_COLOR,
     OUTLINE_COLOR,
     draw_door,
+    draw_entrance,
     draw_possible_door,
     list_predicted_parts,
     plot_doors,
@@ -204,7 +204,7 @@ def _list_passages(floor: Floor) -> list[tuple[Artist, str]]:
     if "opening" in inner:
         samples.append((draw_door([], [], is_opening=True), "opening"))
     if any(door.is_entrance for door in floor.doors):
-        samples.append((draw_door([], [], color=ENTRANCE_COLOR), "entrance"))
+        samples.append((draw_entrance([], []), "entrance"))
     return samples
 
 

@@ -157,9 +157,7 @@ def plot_doors(floor: Floor, *, ax: Axes | None = None) -> Axes:
         color = ENTRANCE_COLOR if door.is_entrance else DOOR_COLOR
         ax.add_line(draw_door(*door.line.xy, color=color, is_opening=door.kind == "opening"))
         if door.is_entrance:
-            # The diamond is for readers who cannot distinguish the two colours.
-            middle = door.line.interpolate(0.5, normalized=True)
-            ax.plot(*middle.xy, marker="D", markersize=7, color=color, markeredgecolor="white", zorder=DOOR_LEVEL)
+            ax.add_line(draw_entrance(*door.line.interpolate(0.5, normalized=True).xy))
     return ax
 
 
@@ -169,6 +167,13 @@ def draw_door(x: Sequence[float], y: Sequence[float], *, color: str = DOOR_COLOR
 
     style: Any = OPENING_DASHES if is_opening else "-"
     return Line2D(x, y, color=color, linewidth=3, linestyle=style, solid_capstyle="butt", zorder=DOOR_LEVEL)
+
+
+def draw_entrance(x: Sequence[float], y: Sequence[float]) -> Line2D:
+    """The diamond at an entrance, for readers who cannot distinguish the colours of doors, or its legend sample."""
+    line = draw_door(x, y, color=ENTRANCE_COLOR)
+    line.set(marker="D", markersize=7, markeredgecolor="white")
+    return line
 
 
 def draw_possible_door(x: Sequence[float], y: Sequence[float]) -> Line2D:
