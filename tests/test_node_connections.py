@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from pianta._types import Floats
 from pianta.generation.cut_potentials import CutPotentials, build_neighborhood, describe_neighborhood
-from pianta.generation.dead_ends import measure_dead_end_costs
+from pianta.generation.door_costs import DoorCosts, learn_door_costs
 from pianta.generation.functional_areas import Segmentation
 from pianta.generation.incremental_gram import ReferenceGraphs
 from pianta.generation.node_connections import ConnectedBuilding, NodeConnections, Pair, connect_areas
@@ -326,10 +326,28 @@ def test_kept_doors_never_move():
     assert graph.subgraph(rooms).number_of_edges() == fixed.graph.number_of_edges()
 
 
-def test_dead_ends_cost_their_log_odds():
-    # None of the four corridors of MODEL has one door; one of two closets has, and most classrooms have.
-    costs = measure_dead_end_costs(MODEL)
-    assert costs == {"CORRIDOR": pytest.approx(np.log(4.5 / 0.5))}
+def test_door_costs_are_log_odds():
+    """Each of both floors has two corridors with a door between them, and neither has one door only."""
+    costs = learn_door_costs(MODEL)
+    assert costs.dead_ends == {"CORRIDOR": pytest.approx(np.log(4.5 / 0.5))}
+    assert costs.corridors == {"CORRIDOR"}
+    assert costs.parted == pytest.approx(np.log(2.5 / 0.5))
+    most = {label: count for label, (count, _) in costs.most_doors.items()}
+    # A classroom of the second floor has a back door to a closet
+    assert (most["CLASSROOM"], most["CLOSET"], most["BATHROOM"]) == (2, 2, 1)
+    assert costs.most_doors["CORRIDOR"][1] == pytest.approx(np.log(4.5 / 0.5))
+
+
+def test_what_costs():
+    """A corridor with a classroom, which leads to another corridor with a gym."""
+    labels = ["CORRIDOR", "CLASSROOM", "CORRIDOR", "GYM"]
+    neighbors = [{1}, {0, 2}, {1, 3}, {2}]
+    assert DoorCosts().measure(labels, neighbors) == 0
+    assert DoorCosts(dead_ends={"CORRIDOR": 3.0}).measure(labels, neighbors) == 3
+    assert DoorCosts(most_doors={"CLASSROOM": (1, 2.0)}).measure(labels, neighbors) == 2
+    parted = DoorCosts(parted=5.0, corridors=frozenset({"CORRIDOR"}))
+    assert parted.measure(labels, neighbors) == 5
+    assert parted.measure(["CORRIDOR"] * 4, neighbors) == 0
 
 
 def test_doors_move_to_dead_ends():
@@ -341,7 +359,10 @@ def test_doors_move_to_dead_ends():
     for costs in ({}, {"CORRIDOR": 20.0}):
         buildings = [ConnectedBuilding(areas) for _ in range(40)]
         generators = [np.random.default_rng(seed) for seed in range(40)]
-        chains = NodeConnections(REFERENCES, buildings, [functional] * 40, POTENTIALS, generators, dead_end_costs=costs)
+        door_costs = DoorCosts(dead_ends=costs)
+        chains = NodeConnections(
+            REFERENCES, buildings, [functional] * 40, POTENTIALS, generators, door_costs=door_costs
+        )
         graphs = connect_areas(chains, moves=60)
         # Room 5 is the corridor with one door, beside the corridor of its area.
         shares.append(np.mean([graph.degree(5) > 1 for graph in graphs]))

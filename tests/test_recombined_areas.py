@@ -1,6 +1,7 @@
 """New areas of a building: branches of its own areas, around hubs that stay."""
 
 from collections import Counter
+from collections.abc import Sequence
 from itertools import chain
 
 import networkx as nx
@@ -69,12 +70,24 @@ def test_branches_are_those_of_the_building_and_of_the_same_kind_of_hub():
         for area in new:
             counts[area.hub].update(label for branch in area.branches for label in branch.labels)
     assert counts["CLASSROOM"].keys() == {"LAB"}
-    # Branches are drawn alike from all four, and their number stays the same on average, but for those that keep one.
+    # Branches are drawn alike from all four, and their number stays the same on average, but for those that keep one,
+    # or two, if they had two at least.
     p_none = P_REMOVED * np.exp(-P_REMOVED)
-    for hub, count in (("CORRIDOR", 2 + p_none**2), ("HALL", 1 + p_none)):
+    p_one = 2 * P_REMOVED * (1 - P_REMOVED) * np.exp(-2 * P_REMOVED) + 2 * P_REMOVED * p_none**2
+    for hub, count in (("CORRIDOR", 2 + 2 * p_none**2 + p_one), ("HALL", 1 + p_none)):
         assert counts[hub].keys() == {"CLASSROOM", "CLOSET", "GYM", "LIBRARY"}
         for number in counts[hub].values():
             assert number == pytest.approx(4000 * count / 4, rel=0.08)
+
+
+def test_a_hub_has_no_more_branches_than_any_with_its_label():
+    areas = [AreaParts("CORRIDOR", True, (single("CLASSROOM"),) * 3), AreaParts("HALL", True, (single("GYM"),) * 3)]
+    random = np.random.default_rng(0)
+    counts = {
+        tuple(len(area.branches) for area in recombine_areas(areas, random, most={"HALL": 3})) for _ in range(400)
+    }
+    assert {hall for _, hall in counts} == {2, 3}
+    assert {2, 3, 4, 5} <= {corridor for corridor, _ in counts}
 
 
 def test_how_many_branches_change():
@@ -146,6 +159,21 @@ def test_no_more_rooms_of_a_label_than_a_floor_has():
         assert columns["CLASSROOM"] <= 2
 
 
+def test_shares_of_functions_are_those_of_floors():
+    """Floor 0 has as many gyms as classrooms, and floor 1 has closets."""
+    recombiner = AreaRecombiner(MODEL, MODEL.areas, 0, Constraints())
+    graphs = [floor.graph for floor in FLOORS]
+
+    def share_service(graphs: Sequence[nx.Graph]) -> float:
+        labels = [label for graph in graphs for _, label in graph.nodes(data="label")]
+        return sum(SCHOOL.by_name[label].function_in() == "SERVICE" for label in labels) / len(labels)
+
+    bounds = sorted(share_service([graph]) for graph in graphs)
+    random = np.random.default_rng(7)
+    for _ in range(60):
+        assert bounds[0] <= share_service(recombiner.renew([2, 3], np.eye(2)[1], random)) <= bounds[1]
+
+
 def test_of_several_buildings_the_most_novel_is_made(monkeypatch):
     recombiner = AreaRecombiner(MODEL, MODEL.areas, 0, Constraints())
     shares = np.array([count_labels([floor.graph], SCHOOL)[0] for floor in FLOORS], float)
@@ -156,7 +184,7 @@ def test_of_several_buildings_the_most_novel_is_made(monkeypatch):
         random = np.random.default_rng(6)
         distances = []
         for _ in range(60):
-            counts = count_labels(recombiner.renew([0, 1], np.eye(2)[0], random), SCHOOL).sum(axis=0)
+            counts = count_labels(recombiner.renew([2, 3], np.eye(2)[1], random), SCHOOL).sum(axis=0)
             distances.append(np.abs(counts / counts.sum() - shares).sum(axis=1).min() / 2)
         return float(np.median(distances))
 

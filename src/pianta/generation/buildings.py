@@ -25,7 +25,7 @@ from pianta.generation.cluster_configuration import (
 )
 from pianta.generation.constraints import Constraints
 from pianta.generation.cut_potentials import CutPotentials
-from pianta.generation.dead_ends import measure_dead_end_costs
+from pianta.generation.door_costs import DoorCosts, learn_door_costs
 from pianta.generation.functional_graph import FunctionalGraphs, draw_door_counts, draw_start, sample_functional_graphs
 from pianta.generation.hopper_gram import HopperReferences
 from pianta.generation.incremental_gram import ReferenceGraphs
@@ -130,9 +130,9 @@ class BuildingSampler:
         return CutPotentials(self.model, closing=self.costs is not Costs.THESIS)
 
     @cached_property
-    def dead_end_costs(self) -> Mapping[str, float]:
-        """Added to α Γ4, for each room with one door by its label; none with the costs of the thesis."""
-        return {} if self.costs is Costs.THESIS else measure_dead_end_costs(self.model)
+    def door_costs(self) -> DoorCosts:
+        """Added to α Γ4; none with the costs of the thesis."""
+        return DoorCosts() if self.costs is Costs.THESIS else learn_door_costs(self.model)
 
     @property
     def max_rooms(self) -> int:
@@ -271,7 +271,7 @@ class BuildingSampler:
             self.potentials,
             generators,
             n_fixed=fixed,
-            dead_end_costs=self.dead_end_costs,
+            door_costs=self.door_costs,
         )
         graphs = connect_areas(chains, moves=self.model.door_moves, traces=traces)
         if self.fixed:

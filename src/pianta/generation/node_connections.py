@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from types import MappingProxyType
 
 import networkx as nx
 import numpy as np
 
 from pianta._types import Floats
 from pianta.generation.cut_potentials import CutPotentials, Neighborhood, describe_neighborhood
+from pianta.generation.door_costs import DoorCosts
 from pianta.generation.functional_graph import is_planar
 from pianta.generation.hopper_gram import HopperReferences
 from pianta.generation.incremental_gram import ReferenceGraphs
@@ -21,6 +21,7 @@ Pair = tuple[int, int]
 
 # Draws of a door before it is given up because the graph is not planar with it. Chosen by hand.
 PLANAR_TRIES = 20
+NO_DOOR_COSTS = DoorCosts()
 
 
 @dataclass(eq=False)
@@ -121,12 +122,6 @@ class ConnectedBuilding:
         """The doors as pairs of room numbers, the smaller one first; sorted."""
         return [(one, other) for one, near in enumerate(self.neighbors) for other in sorted(near) if one < other]
 
-    def measure_dead_ends(self, costs: Mapping[str, float]) -> float:
-        """The sum of the costs of all rooms with one door, by their labels."""
-        return sum(
-            costs.get(label, 0.0) for label, near in zip(self.labels, self.neighbors, strict=True) if len(near) == 1
-        )
-
     def to_graph(self) -> nx.Graph:
         """The graph of the building: rooms with their `label` as nodes, doors as edges."""
         graph = nx.Graph()
@@ -151,7 +146,7 @@ class NodeConnections:
 
     references: the graphs of the model. functional_graphs: Ĥ of each building, its edges with their number of doors,
     `cuts`. generators: one for each building. n_fixed: number of fixed areas, the first ones, which have their doors.
-    dead_end_costs: label -> cost of a room with one door, which is added to α Γ4.
+    door_costs: added to α Γ4.
     """
 
     def __init__(
@@ -163,10 +158,10 @@ class NodeConnections:
         generators: Sequence[np.random.Generator],
         *,
         n_fixed: int = 0,
-        dead_end_costs: Mapping[str, float] = MappingProxyType({}),
+        door_costs: DoorCosts = NO_DOOR_COSTS,
     ) -> None:
         self.buildings, self.potentials, self.generators = buildings, potentials, generators
-        self._dead_end_costs = dead_end_costs
+        self._door_costs = door_costs
         for building, functional, generator in zip(buildings, functional_graphs, generators, strict=True):
             # Sorted, because the order of edges in a graph varies.
             for edge in sorted((min(edge), max(edge)) for edge in functional.edges):
@@ -213,9 +208,9 @@ class NodeConnections:
         self._change(refused, forward=False)
 
     def _measure_costs(self) -> Floats:
-        """α Γ4 of each building, with the costs of its dead ends."""
-        dead_ends = [building.measure_dead_ends(self._dead_end_costs) for building in self.buildings]
-        costs: Floats = self.batch.measure_costs() + np.array(dead_ends)
+        """α Γ4 of each building, with the costs of its doors."""
+        doors = [self._door_costs.measure(building.labels, building.neighbors) for building in self.buildings]
+        costs: Floats = self.batch.measure_costs() + np.array(doors)
         return costs
 
     def _draw_start(self, building: ConnectedBuilding, edge: Pair, count: int, generator: np.random.Generator) -> None:

@@ -7,9 +7,10 @@ of a new area are drawn from those of all areas of its building.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from types import MappingProxyType
 
 import networkx as nx
 import numpy as np
@@ -18,7 +19,7 @@ from pianta._types import Floats
 from pianta.generation.constraints import Constraints
 from pianta.generation.type_model import Counts, TypeModel, count_labels
 from pianta.graphs.metrics import find_corridors
-from pianta.labels import LabelSchema
+from pianta.labels import FCES, LabelSchema
 
 # New areas of a building are drawn this often until they meet the constraints, else it keeps areas of real floors.
 # Chosen by hand.
@@ -84,7 +85,11 @@ def build_area(parts: AreaParts) -> nx.Graph:
 
 
 def recombine_areas(
-    areas: Sequence[AreaParts], generator: np.random.Generator, *, others: Sequence[AreaParts] = ()
+    areas: Sequence[AreaParts],
+    generator: np.random.Generator,
+    *,
+    others: Sequence[AreaParts] = (),
+    most: Mapping[str, int] = MappingProxyType({}),
 ) -> list[AreaParts]:
     """New areas with the hubs of given ones.
 
@@ -104,8 +109,9 @@ def recombine_areas(
     for area in areas:
         n_kept = int((generator.random(len(area.branches)) >= P_REMOVED).sum())
         # A hub that loses all its branches would be a dead end, which corridors are not.
-        least = min(1, len(area.branches))
+        least = min(2, len(area.branches))
         count = max(least, n_kept + int(generator.poisson(P_REMOVED * len(area.branches))))
+        count = min(count, most.get(area.hub, count))
         pool = pools[area.is_corridor]
         branches = tuple(pool[index] for index in generator.integers(len(pool), size=count)) if pool else ()
         new.append(AreaParts(area.hub, area.is_corridor, branches))
@@ -116,7 +122,8 @@ def recombine_areas(
 class AreaRecombiner:
     """Makes new areas for buildings of a model.
 
-    A new building has no more rooms of a label than any floor of the model, such as gyms, unless its chosen areas have.
+    A new building has no more rooms of a label than any floor of the model, such as gyms, and shares of functions
+    between those of its floors; or it exceeds these limits by no more than its chosen areas do.
     areas: those of the model, then n_fixed fixed ones, which stay as they are. limits: constraints on each building.
     mixes_floors: whether the areas of a building remain those of different floors.
     """
@@ -136,15 +143,17 @@ class AreaRecombiner:
         real = [self.areas[area] for area in chosen]
         fixed, free = chosen[: self.n_fixed], chosen[self.n_fixed :]
         others = [self._parts[area] for area in fixed]
-        allowed = self._count_violations(real)
+        allowed = self._measure_violations(real)
         candidates: list[tuple[float, list[nx.Graph]]] = []
         for _ in range(TRIES):
             own = free
             if not self.mixes_floors:
                 own = self._use_floor(free, int(generator.choice(len(shares), p=shares)), generator)
-            new = recombine_areas([self._parts[area] for area in own], generator, others=others)
+            new = recombine_areas(
+                [self._parts[area] for area in own], generator, others=others, most=self._most_branches
+            )
             result = [*real[: self.n_fixed], *map(build_area, new)]
-            if (self._count_violations(result) <= allowed).all():
+            if (self._measure_violations(result) <= allowed).all():
                 candidates.append((self._measure_novelty(result), result))
                 if len(candidates) == CANDIDATES:
                     break
@@ -154,6 +163,14 @@ class AreaRecombiner:
     def _parts(self) -> tuple[AreaParts, ...]:
         """The parts of each of `areas`."""
         return tuple(split_area(area, self.model.schema) for area in self.areas)
+
+    @cached_property
+    def _most_branches(self) -> dict[str, int]:
+        """The most branches of a hub of the areas, by the label of the hub."""
+        most: dict[str, int] = {}
+        for area in self._parts:
+            most[area.hub] = max(most.get(area.hub, 0), len(area.branches))
+        return most
 
     @cached_property
     def _floor_areas(self) -> list[dict[int, list[int]]]:
@@ -197,8 +214,28 @@ class AreaRecombiner:
         shares = self._counts / self._counts.sum(axis=1, keepdims=True)
         return float(np.abs(own / own.sum() - shares).sum(axis=1).min() / 2)
 
-    def _count_violations(self, areas: Sequence[nx.Graph]) -> Counts:
-        """Rooms too many or too few by the constraints, and rooms of labels that no floor has so often, shape (2,)."""
+    def _measure_violations(self, areas: Sequence[nx.Graph]) -> Floats:
+        """How far a building violates each limit, shape (3,).
+
+        Rooms too many or too few by the constraints, rooms of labels that no floor has so often, and by how much the
+        shares of functions (F/C/E/S) are below or above those of all floors.
+        """
         counts = count_labels(areas, self.model.schema).sum(axis=0, keepdims=True)
         violations = self.limits.count_violations(counts, [*self.model.schema.by_name])
-        return np.array([violations[0], np.maximum(counts[0] - self._most, 0).sum()])
+        shares = self._share_functions(counts)[0]
+        least, most = self._function_bounds
+        excess = np.maximum(0, np.maximum(least - shares, shares - most)).sum()
+        return np.array([violations[0], np.maximum(counts[0] - self._most, 0).sum(), excess])
+
+    @cached_property
+    def _function_bounds(self) -> tuple[Floats, Floats]:
+        """The least and the greatest share of each function on the floors of the model, each of shape (functions,)."""
+        shares = self._share_functions(self._counts)
+        return shares.min(axis=0), shares.max(axis=0)
+
+    def _share_functions(self, counts: Counts) -> Floats:
+        """The shares of functions in the rooms of buildings, shape (buildings, functions). counts: of their labels."""
+        functions = [label.function_in() for label in self.model.schema.labels]
+        members = np.array([[each == function for each in FCES] for function in functions], float)
+        shares: Floats = counts @ members / counts.sum(axis=1, keepdims=True)
+        return shares
