@@ -262,7 +262,7 @@ def test_the_command(model, tmp_path):
 
 def test_buildings_that_are_too_large_are_left_out_by_name(model, tmp_path):
     model.save(tmp_path / "school.json")
-    (tmp_path / "o.json").write_text(to_geojson(box(0, 0, 20, 18)))
+    (tmp_path / "o.json").write_text(to_geojson(box(0, 0, 20, 19.5)))
     options = ("--rooms", "9-19", "--worlds", "--resolution", 0.2)
     command = ("generate", tmp_path / "school.json", "-n", 3, "--outline", tmp_path / "o.json", *options, "-o")
     outcome = run_pianta(*command, tmp_path / "out")

@@ -1,5 +1,6 @@
 """Graphs that are drawn as floors: every door of the graph, rooms that do not overlap, areas of the type."""
 
+from collections import Counter
 from copy import deepcopy
 from dataclasses import replace
 
@@ -28,10 +29,10 @@ from pianta.generation.drawing.losses import (
 )
 from pianta.generation.drawing.programme import Programme
 from pianta.generation.drawing.room_blocks import draw_room, draw_suite, stack_blocks
-from pianta.generation.drawing.room_sizes import sample_areas, sample_corridor_aspects
+from pianta.generation.drawing.room_sizes import measure_wall, sample_areas, sample_corridor_aspects
 from pianta.generation.drawing.short_arms import find_harmed, find_short_arm
 from pianta.generation.drawing.site import OUTSIDE
-from pianta.generation.drawing.strips import TreeLayout
+from pianta.generation.drawing.strips import TreeLayout, find_adjacent_blocks
 from pianta.generation.room_shapes import OPENING
 from pianta.generation.type_model import TypeModel, learn_type
 from tests.generated_types import AREAS, OTHER_AREA, SCHOOL, join_wings, make_schools, sized_model
@@ -195,13 +196,14 @@ class TestChoices:
     RING = nx.cycle_graph(4)
 
     def test_the_tree_leaves_out_the_edge_with_the_highest_weight(self):
-        choices = Choices(0, False, {(0, 1): 0.1, (0, 3): 0.2, (1, 2): 0.9, (2, 3): 0.3}, {})
+        choices = Choices(1.0, 0, False, {(0, 1): 0.1, (0, 3): 0.2, (1, 2): 0.9, (2, 3): 0.3}, {})
         assert sorted(choices.find_tree(self.RING, frozenset()).edges) == [(0, 1), (0, 3), (2, 3)]
 
-    def test_corridors_lead_to_corridors_and_rooms_to_nothing(self):
-        """Rooms 2 and 3 keep their edges to corridors 0 and 1, whatever the weights."""
-        choices = Choices(0, False, {(0, 1): 1.0, (0, 3): 1.0, (1, 2): 1.0, (2, 3): 0.0}, {})
-        assert sorted(choices.find_tree(self.RING, frozenset({0, 1})).edges) == [(0, 1), (0, 3), (1, 2)]
+    @pytest.mark.parametrize(("chance", "edges"), [(0.4, [(0, 1), (0, 3), (1, 2)]), (1.0, [(0, 1), (0, 3), (2, 3)])])
+    def test_corridors_lead_to_corridors_and_most_rooms_to_nothing(self, chance, edges):
+        """The corridors 0 and 1 keep their edge; rooms 2 and 3 keep theirs to corridors, except for much chance."""
+        choices = Choices(1.0, 0, False, {(0, 1): 1.0, (0, 3): 0.2, (1, 2): chance, (2, 3): 0.0}, {})
+        assert sorted(choices.find_tree(self.RING, frozenset({0, 1})).edges) == edges
 
     def test_a_change_changes_one_thing(self, rng):
         choices = sample_choices(self.RING, 0, alleys=False, rng=rng)
@@ -209,7 +211,7 @@ class TestChoices:
             changed = choices.change([0, 1], [(0, 1)], [2], rng)
             same_tree, same_rooms = changed.weights == choices.weights, changed.seeds == choices.seeds
             same_root = (changed.root, changed.alleys) == (choices.root, choices.alleys)
-            assert same_tree + same_rooms + same_root >= 2
+            assert same_tree + same_rooms + same_root + (changed.depth == choices.depth) == 3
             assert all(changed.seeds[room] == choices.seeds[room] for room in (0, 1, 3))
 
     def test_random_numbers_of_a_room_are_the_same_again(self, rng):
@@ -279,6 +281,49 @@ class TestStrips:
             (corridor,) = (r for r in self.draw(areas, aspect, 1)[1].rectangles if r.room == 0)
             assert sorted((corridor.x1 - corridor.x0, corridor.y1 - corridor.y0)) == list(sides)
 
+    def test_rows_with_rooms_of_one_size_have_one_depth(self):
+        """Ten rooms of 120 cells, in two rows, and at no end, for which they are too few: all have the same sides."""
+        star = nx.star_graph(10)
+        areas = {0: 200.0} | dict.fromkeys(range(1, 11), 120.0)
+        for seed in range(10):
+            choices = sample_choices(star, 0, alleys=False, rng=np.random.default_rng(seed))
+            block = TreeLayout(star, areas, frozenset({0}), choices, {0: 8.0}).draw()
+            assert 0.9 <= choices.depth <= 1.15
+            sides = Counter(
+                tuple(sorted((r.x1 - r.x0, r.y1 - r.y0))) for r in block.rectangles if r.room in range(1, 11)
+            )
+            assert sides.most_common(1)[0][1] >= 8
+
+    def test_blocks_with_a_door_between_them_should_be_beside_each_other(self):
+        """Corridor 0 leads to rooms 1 and 2 and to corridor 3, which leads to rooms 4 and 5."""
+        tree = nx.Graph([(0, 1), (0, 2), (0, 3), (3, 4), (3, 5)])
+        beside, near_parent = find_adjacent_blocks(tree, 0, [(1, 5)])
+        assert [*beside.edges] == [(1, 3)]
+        assert near_parent == {5}
+        beside, near_parent = find_adjacent_blocks(tree, 0, [(1, 2), (0, 4)])
+        assert [*beside.edges] == [(1, 2)]
+        assert near_parent == {4}
+
+    def test_blocks_with_a_door_between_them_are_beside_each_other_more_often(self):
+        """Two corridors, each with six rooms; one room of each has a door to one of the other."""
+        graph = join_wings(("C" * 6, "C" * 6), ((0, 1),), source="")
+        graph.add_edge(1, 8)
+        corridors = frozenset({0, 7})
+        areas = {room: 150.0 if room in corridors else 100.0 for room in graph}
+
+        def count_doors(ordered: float, monkeypatch: pytest.MonkeyPatch) -> int:
+            monkeypatch.setattr("pianta.generation.drawing.strips.ORDERED", ordered)
+            complete = 0
+            for seed in range(150):
+                choices = sample_choices(graph, 0, alleys=False, rng=np.random.default_rng(seed))
+                choices = replace(choices, weights=dict.fromkeys(choices.weights, 0.5))
+                block = TreeLayout(graph, areas, corridors, choices).draw()
+                complete += find_missing_doors(paint_cells(block, 1), graph) == ()
+            return complete
+
+        with pytest.MonkeyPatch.context() as monkeypatch:
+            assert count_doors(1.0, monkeypatch) > 2 * count_doors(0.0, monkeypatch)
+
 
 class TestLayouts:
     def test_changes_make_a_layout_better(self, rng):
@@ -327,7 +372,7 @@ class TestDrawPlan:
         # A room that has not grown is smaller, as others have; 4 % are walls and rounding
         assert 0.96 * 400 / GROWTH < gym < (1 + MAX_GROWTH) * 400
 
-    def test_corridors_have_the_area_of_those_with_as_many_doors(self, model, rng):
+    def test_corridors_with_more_rooms_are_larger(self, model, rng):
         graphs = make_schools()
         for graph in graphs:
             for node, room in graph.nodes(data=True):
@@ -358,15 +403,19 @@ class TestDrawPlan:
         followed = (8**2 * 0.1 + 1 * 1.0 + 1 * 0.25) / 66
         assert np.mean(large) == pytest.approx(0.75 * followed + 0.25 * 0.1, abs=0.04)
 
-    def test_corridors_with_more_wall_beside_them_are_larger(self, rng):
-        graphs = make_schools()
-        for graph in graphs:
-            for node, room in graph.nodes(data=True):
-                room["area"] = 20.0 + node
-        graph = join_wings(("CC", "C" * 9, "CCCC"), ((0, 1), (1, 2)), source="")
-        areas = sample_areas(graph, learn_type(graphs, SCHOOL), rng, from_one_floor=True)
-        corridors = [node for node, label in graph.nodes(data="label") if label == "CORRIDOR"]
-        assert sorted(corridors, key=areas.__getitem__) == sorted(corridors, key=graph.degree)
+    def test_corridors_have_areas_of_those_with_as_much_wall_of_rooms(self, rng):
+        """As many floors have three classrooms of 4 m² at a corridor of 10 m², and three of 400 m² at one of 90 m²."""
+        graphs = [join_wings(("CCC",), (), source=str(number)) for number in range(30)]
+        for number, graph in enumerate(graphs):
+            for _, room in graph.nodes(data=True):
+                is_corridor, is_large = room["label"] == "CORRIDOR", number % 2
+                room["area"] = (90.0 if is_large else 10.0) if is_corridor else (400.0 if is_large else 4.0)
+        model = learn_type(graphs, SCHOOL)
+        assert measure_wall(graphs[0], 0, {1: 4.0, 2: 4.0}) == 4
+        for _ in range(20):
+            areas = sample_areas(graphs[0], model, rng)
+            # Three rooms of 400 m² or of 4 m² each need 60 m or 6 m, two of 400 m² need 42 m
+            assert (areas[0] > 50) == (sum(areas[room] > 100 for room in (1, 2, 3)) >= 2)
 
     def test_corridors_have_the_aspect_of_those_with_as_many_doors_and_a_similar_area(self, rng):
         """Twenty corridors with two doors, of 2, 4, … 40 m², and as many with three; the aspect is the area."""

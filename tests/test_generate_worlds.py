@@ -83,11 +83,12 @@ def test_the_truth_is_the_drawn_floor_with_furniture_in_its_rooms_and_not_at_doo
 
 
 def test_furniture_is_of_the_rooms_labels(worlds):
-    truth = pianta.read_floor(worlds / "building-001" / "truth.geojson")
     kinds: dict[str, set[str]] = {}
-    for room in truth:
-        inside = [piece.kind for piece in truth.furniture if room.polygon.contains(piece.polygon) and piece.kind]
-        kinds.setdefault(str(room.label), set()).update(inside)
+    for name in ("building-001", "building-002"):
+        truth = pianta.read_floor(worlds / name / "truth.geojson")
+        for room in truth:
+            inside = [piece.kind for piece in truth.furniture if room.polygon.contains(piece.polygon) and piece.kind]
+            kinds.setdefault(str(room.label), set()).update(inside)
     assert "desk" in kinds["CLASSROOM"]
     assert "desk" not in kinds["CORRIDOR"]
     assert kinds["BATHROOM"] & {"toilet", "sink"}

@@ -9,13 +9,20 @@ from shapely import LineString, box
 
 import pianta
 from pianta.generation.drawing.blocks import NO_ROOM
-from pianta.generation.drawing.losses import LOSS_BY_DARKNESS, LOSS_BY_DOOR, measure_darkness, measure_gaps
-from pianta.generation.drawing.programme import USUAL_DOOR, find_opening_share, find_window_needs, list_door_widths
+from pianta.generation.drawing.losses import (
+    LOSS_BY_DARKNESS,
+    LOSS_BY_DOOR,
+    LOSS_BY_OPEN_SIDES,
+    measure_gaps,
+    measure_outer_walls,
+)
+from pianta.generation.drawing.programme import USUAL_DOOR, find_opening_shares, find_window_needs, list_door_widths
 from pianta.generation.room_shapes import ROOM_MEASURES, describe_shapes, list_measures
 from pianta.generation.type_model import learn_type
 from pianta.generation.type_model_file import read_type_model
+from pianta.graphs.metrics import find_corridors
 from pianta.labels import SCHOOL
-from tests.generated_types import make_schools
+from tests.generated_types import join_wings, make_schools
 
 # Nine rooms of 5 m by 5 m; that in the middle has no outer wall
 NINE = pianta.Floor(
@@ -74,7 +81,9 @@ def test_a_model_keeps_them(tmp_path):
         for school in schools
     ]
     opened = sum(count for number, count in enumerate(between) if number % 4)
-    assert find_opening_share(model) == pytest.approx(opened / sum(between))
+    # All corridors have the same label, so that their doors have the share of all
+    edge = next(edge for edge in schools[0].edges if {*edge} <= set(find_corridors(schools[0], SCHOOL)))
+    assert find_opening_shares(schools[0], model)[edge] == pytest.approx(opened / sum(between))
     with_window = [
         room["outer_wall"] >= 2
         for floor in model.floors
@@ -88,7 +97,7 @@ def test_a_model_without_them():
     model = learn_type(make_schools(), SCHOOL)
     assert find_window_needs(model) == {}
     assert list_door_widths(model) == [USUAL_DOOR]
-    assert find_opening_share(model) == 0
+    assert find_opening_shares(make_schools()[0], model) == {}
 
 
 @pytest.mark.parametrize(("gap", "dark"), [(2, 2), (20, 0)])
@@ -102,7 +111,28 @@ def test_rooms_want_windows_to_the_outside_and_to_courts(gap, dark):
         cells[5:25, 25 : 25 + gap] = NO_ROOM
     cells = np.pad(cells, 20, constant_values=NO_ROOM)
     needs = {0: 1.0, 1: 0.5, 2: 0.5}
-    assert measure_darkness(cells, needs) == pytest.approx(LOSS_BY_DARKNESS * 0.5 * dark / 3)
+    assert measure_outer_walls(cells, needs, frozenset()) == pytest.approx(LOSS_BY_DARKNESS * 0.5 * dark / 3)
+
+
+def test_openings_are_where_corridors_with_such_labels_have_them():
+    """Corridors are open to corridors, and have doors to lobbies, as often as each of both is known: ten times."""
+    schools = [join_wings(("CC", "CC", "AA"), ((0, 1), (1, 2)), source=str(number)) for number in range(10)]
+    for school in schools:
+        first, second, third = find_corridors(school, SCHOOL)
+        school.nodes[third]["label"] = "LOBBY"
+        school.edges[first, second]["opening"], school.edges[second, third]["opening"] = True, False
+        school.edges[first, 1]["opening"] = False
+    shares = find_opening_shares(schools[0], learn_type(schools, SCHOOL))
+    # Of all half are openings, which count as two doors besides
+    assert shares == {(first, second): pytest.approx(11 / 12), (second, third): pytest.approx(1 / 12)}
+
+
+def test_corridors_lose_by_their_outer_walls():
+    """A corridor of 10 by 40 cells with a room on a long side: of its 100 cells of wall 60 are outer ones."""
+    cells = np.full((70, 90), NO_ROOM, np.int32)
+    cells[20:30, 20:60], cells[30:50, 20:60] = 0, 1
+    assert measure_outer_walls(cells, {0: 0.0, 1: 0.0}, frozenset({0})) == pytest.approx(0.6 * LOSS_BY_OPEN_SIDES)
+    assert measure_outer_walls(cells, {0: 0.0, 1: 0.0}, frozenset()) == 0
 
 
 def test_ways_of_several_doors_are_those_of_each():

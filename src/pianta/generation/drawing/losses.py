@@ -7,6 +7,7 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from functools import reduce
 from itertools import chain
 from math import ceil, inf
+from typing import Any
 
 import cv2
 import networkx as nx
@@ -26,6 +27,7 @@ LOSS_BY_LENGTH = 0.3  # for each time that it is as long as wide
 LOSS_BY_FACADE = 0.6  # for the length of the facade, over the side of a square of the same area
 LOSS_BY_ELONGATION = 0.15  # for each time that corridors are as long as wide, on average
 LOSS_BY_DARKNESS = 3.0  # if no room has windows and all need some
+LOSS_BY_OPEN_SIDES = 2.0  # if corridors have no wall but the facade
 WINDOW_CELLS = 4  # of outer wall, with which a room has windows
 COURT_CELLS = 15  # least width of a court with windows to it; narrower gaps are closed
 LOSS_BY_OUTSIDE = 60.0  # if nothing is on the site
@@ -57,8 +59,12 @@ def measure_shape(block: Block) -> float:
 
 def measure_form(block: Block, cells: Cells, programme: Programme) -> float:
     """The loss by all that makes a building unlike real ones; cells: those of the block, perhaps with arms."""
-    by_rooms = measure_elongation(cells, programme.corridors) + measure_darkness(cells, programme.window_needs)
-    return measure_shape(block) + measure_facade(cells) + by_rooms
+    return (
+        measure_shape(block)
+        + measure_facade(cells)
+        + measure_elongation(cells, programme.corridors)
+        + measure_outer_walls(cells, programme.window_needs, programme.corridors)
+    )
 
 
 def measure_facade(cells: Cells) -> float:
@@ -77,16 +83,22 @@ def measure_elongation(cells: Cells, corridors: frozenset[object]) -> float:
     return LOSS_BY_ELONGATION * float(np.mean(aspects)) if aspects else 0.0
 
 
-def measure_darkness(cells: Cells, window_needs: Mapping[int, float]) -> float:
-    """The loss by rooms without outer wall, by how much each needs windows; the mean over all rooms."""
+def measure_outer_walls(cells: Cells, window_needs: Mapping[int, float], corridors: frozenset[Any]) -> float:
+    """The loss by rooms without outer wall, by how much each needs windows, and by corridors at the facade.
+
+    Of rooms it is the mean over all, of corridors the share of the facade in the outline of all.
+    """
     kernel = np.ones((COURT_CELLS, COURT_CELLS), np.uint8)
     is_open = cv2.morphologyEx((cells == NO_ROOM).view(np.uint8), cv2.MORPH_OPEN, kernel) == 1
-    lit = np.zeros(len(window_needs), np.int64)
+    outer, outline = np.zeros((2, len(window_needs)), np.int64)
     for lines, air in ((cells, is_open), (cells.T, is_open.T)):
-        for room, beside in ((lines[:-1], air[1:]), (lines[1:], air[:-1])):
-            lit += np.bincount(room[(room != NO_ROOM) & beside], minlength=len(lit))
-    needs = np.array([window_needs[room] for room in range(len(lit))])
-    return LOSS_BY_DARKNESS * float(needs[lit < WINDOW_CELLS].sum()) / len(needs)
+        for room, beside, other in ((lines[:-1], air[1:], lines[1:]), (lines[1:], air[:-1], lines[:-1])):
+            outer += np.bincount(room[(room != NO_ROOM) & beside], minlength=len(outer))
+            outline += np.bincount(room[(room != NO_ROOM) & (room != other)], minlength=len(outer))
+    needs = np.array([window_needs[room] for room in range(len(outer))])
+    own = [*corridors]
+    by_darkness = LOSS_BY_DARKNESS * float(needs[outer < WINDOW_CELLS].sum()) / len(needs)
+    return by_darkness + LOSS_BY_OPEN_SIDES * float(outer[own].sum() / max(1, outline[own].sum()))
 
 
 def measure_outside(cells: Cells, site: Site) -> float:

@@ -39,7 +39,7 @@ def draw_room(room: int, area: float, depth: int, rng: np.random.Generator) -> B
         rows = max(depth, round_randomly(sqrt(area / LARGE_SHAPE), rng))
         columns = round_randomly(area / rows, rng)
     else:
-        columns, rows = round_randomly(width, rng), depth
+        columns, rows = round(width), depth
     return Block((Rectangle(room, 0, 0, columns, rows),), 0, columns)
 
 

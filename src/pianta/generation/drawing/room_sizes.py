@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from math import sqrt
-from typing import Any
 
 import networkx as nx
 import numpy as np
@@ -17,7 +16,8 @@ from pianta.graphs.labelled_graphs import name_some
 from pianta.graphs.metrics import find_corridors
 from pianta.worlds.wall_axes import INNER_WALL
 
-SIMILAR = 15  # corridors of the type of which one with a similar number of doors has its area chosen
+SIMILAR = 15  # corridors of the type with rooms of about the same sizes at them, of which one has its area chosen
+PASSES = 3  # over the corridors, as each has a size that depends on those of its neighbours
 SIMILAR_AREAS = 5  # of these corridors, of which one has its aspect chosen
 OWN_SHARE = 0.75  # of the rooms of a building whose areas are those of one floor; chosen by hand
 
@@ -27,8 +27,8 @@ def sample_areas(
 ) -> dict[int, float]:
     """An area for each room, m² between the axes of its walls: that of a room of the type with the same label.
 
-    Of corridors it is one with a similar number of doors. from_one_floor: whether most other rooms have areas of one
-    floor, as the rooms of a building with one label are similar; then corridors with more wall beside them are larger.
+    Of corridors it is one at which there is about as much wall of rooms. from_one_floor: whether most other rooms have
+    areas of one floor, as the rooms of a building with one label are similar.
     Raises ModelError with the labels of which the floors of the model have no area.
     """
     labels = dict(graph.nodes(data="label"))
@@ -37,15 +37,19 @@ def sample_areas(
     own = _choose_floors(tables, [*labels.values()], rng) if from_one_floor else {}
     areas = {}
     for node, label in labels.items():
-        table = tables[label]
-        if node in corridors:
-            difference = abs(table[:, 1] - graph.degree[node])
-            table = table[np.argsort(difference, kind="stable")[:SIMILAR]]
-        elif own and rng.random() < OWN_SHARE:
-            table = own[label]
-        # A room measures less than the space between the axes of its walls
-        areas[node] = (sqrt(float(rng.choice(table[:, 0]))) + INNER_WALL) ** 2
-    return _match_corridors(graph, areas, corridors) if from_one_floor else areas
+        table = own[label] if own and node not in corridors and rng.random() < OWN_SHARE else tables[label]
+        areas[node] = float(rng.choice(table[:, 0]))
+    for node in PASSES * [node for node in graph if node in corridors]:
+        table = tables[labels[node]]
+        difference = abs(table[:, 1] - measure_wall(graph, node, areas))
+        areas[node] = float(rng.choice(table[np.argsort(difference, kind="stable")[:SIMILAR], 0]))
+    # A room measures less than the space between the axes of its walls
+    return {node: (sqrt(area) + INNER_WALL) ** 2 for node, area in areas.items()}
+
+
+def measure_wall(graph: nx.Graph, room: int, areas: Mapping[int, float]) -> float:
+    """The sides of squares as large as the rooms behind the doors of a room, m; areas: m², of those that are known."""
+    return sum(sqrt(areas[each]) for each in graph[room] if each in areas)
 
 
 def sample_corridor_aspects(
@@ -74,12 +78,12 @@ def sample_corridor_aspects(
 
 
 def _list_areas(model: TypeModel, labels: set[str]) -> dict[str, NDArray[np.float64]]:
-    """Area, number of doors and number of the floor of each room of the type with one of the labels, by label."""
-    sizes: dict[str, list[tuple[float, int, int]]] = defaultdict(list)
+    """Area, wall (`measure_wall`) and number of the floor of each room of the type with one of the labels, by label."""
+    sizes: dict[str, list[tuple[float, float, int]]] = defaultdict(list)
     for number, floor in enumerate(model.floors):
-        for node, room in floor.graph.nodes(data=True):
-            if "area" in room:
-                sizes[room["label"]].append((room["area"], floor.graph.degree[node], number))
+        areas = {node: room["area"] for node, room in floor.graph.nodes(data=True) if "area" in room}
+        for node, area in areas.items():
+            sizes[floor.graph.nodes[node]["label"]].append((area, measure_wall(floor.graph, node, areas), number))
     if missing := sorted(labels - sizes.keys()):
         remedy = "train it on floors with outlines, or leave out these rooms with --at-most"
         raise ModelError(f"the model has no areas of rooms {name_some(missing)}, {remedy}")
@@ -103,14 +107,3 @@ def _choose_floors(
         is_own = table[:, 2] == floor
         chosen[label] = table[is_own if is_own.any() else table[:, 2] == rng.choice(table[:, 2])]
     return chosen
-
-
-def _match_corridors(graph: nx.Graph, areas: dict[int, float], corridors: frozenset[Any]) -> dict[int, float]:
-    """The areas, of which corridors with one label exchange theirs: the more wall beside it, the larger a corridor."""
-    matched = dict(areas)
-    for label in sorted({graph.nodes[node]["label"] for node in corridors}):
-        alike = [node for node in graph if node in corridors and graph.nodes[node]["label"] == label]
-        walls = {node: sum(sqrt(areas[room]) for room in graph[node]) for node in alike}
-        alike.sort(key=walls.__getitem__)
-        matched |= dict(zip(alike, sorted(areas[node] for node in alike), strict=True))
-    return matched

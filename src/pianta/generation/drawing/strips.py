@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import accumulate, chain
 from math import sqrt
@@ -12,7 +12,7 @@ import networkx as nx
 import numpy as np
 
 from pianta.generation.drawing.blocks import DOOR_CELLS, Block, Rectangle, make_block, round_randomly
-from pianta.generation.drawing.choices import Choices
+from pianta.generation.drawing.choices import Choices, Edge
 from pianta.generation.drawing.room_blocks import (
     Areas,
     draw_end_room,
@@ -32,9 +32,9 @@ ALLEY = 4  # beside blocks to which another corridor must lead
 ROOM_ASPECT = 1.5  # of a room with rooms on both sides
 MAX_BEHIND = 2  # blocks behind a room
 MAX_INNER = 3  # rooms at the back of a room; with more it is drawn as a corridor
-SIDES = (0.9, 1.15)  # depth of a row over the side of a square of a usual room in it
 END_AREA = 20  # smallest room at the end of a corridor
 WIDE_END_AREA = 130  # a larger one is wider than the corridor
+ORDERED = 0.7  # of corridors beside which blocks are where their doors outside the tree need them
 WING_RATIO = 1.6  # a block that is higher than this times the depth of the row is a wing
 
 
@@ -48,6 +48,30 @@ class End(NamedTuple):
     room: int | None
     left: bool
     right: bool
+
+
+def find_adjacent_blocks(tree: nx.Graph, root: int, edges: Iterable[Edge]) -> tuple[nx.Graph, set[int]]:
+    """The blocks that should be beside each other, and those that should be near the room that leads to them.
+
+    Then rooms with a door outside the tree are near each other. A block has the number of its first room. Of each edge,
+    the two blocks that contain its rooms, and to which the same room leads, should be beside each other, and all blocks
+    inside these two that contain its rooms should be near what leads to them.
+    """
+    parents = {child: parent for parent, child in nx.bfs_edges(tree, root)}
+    beside, near = nx.Graph(), set()
+    for edge in edges:
+        ways = []
+        for room in edge:
+            way = [room]
+            while way[-1] in parents:
+                way.append(parents[way[-1]])
+            ways.append(way[::-1])
+        shared = sum(one == other for one, other in zip(*ways, strict=False))
+        first, second = (way[shared:] for way in ways)
+        if first and second:
+            beside.add_edge(first[0], second[0])
+        near |= {*first[1:], *second[1:]}
+    return beside, near
 
 
 @dataclass(eq=False)
@@ -65,11 +89,14 @@ class TreeLayout:
     aspects: Mapping[int, float] = field(default_factory=dict)
     tree: nx.Graph = field(init=False)
     joined: set[int] = field(init=False)
+    neighbors: nx.Graph = field(init=False)
+    near_parent: set[int] = field(init=False)
 
     def __post_init__(self) -> None:
         self.tree = self.choices.find_tree(self.graph, self.corridors)
-        # Rooms with edges outside the tree
-        self.joined = {node for edge in self.graph.edges if not self.tree.has_edge(*edge) for node in edge}
+        outside = [edge for edge in self.graph.edges if not self.tree.has_edge(*edge)]
+        self.joined = {node for edge in outside for node in edge}
+        self.neighbors, self.near_parent = find_adjacent_blocks(self.tree, self.choices.root, outside)
 
     def draw(self) -> Block:
         """The block of all rooms."""
@@ -104,7 +131,7 @@ class TreeLayout:
         """A corridor along y, with blocks on both sides and at its ends."""
         children, rng = self._list_children(room, parent), self.choices.make_rng(room)
         top, bottom = self._choose_ends(room, children, ends, rng)
-        rows = self._draw_rows(room, [each for each in children if each not in {top.room, bottom.room}], rng)
+        rows = self._draw_rows(room, children, (bottom, top), rng)
         sides = [*zip(rows, (bottom.left, bottom.right), (top.left, top.right), strict=True)]
         row = max(each.length - before * each.before - after * each.after for each, before, after in sides)
         width, length = self._choose_size(room, row, rng)
@@ -154,9 +181,13 @@ class TreeLayout:
         bounds = (DOOR_CELLS - block.stop, width - DOOR_CELLS - block.start)
         return block.moved(int(np.clip(width // 2 - (block.start + block.stop) // 2, *bounds)), 0)
 
-    def _draw_rows(self, room: int, children: Sequence[int], rng: np.random.Generator) -> list[Row]:
+    def _draw_rows(
+        self, room: int, children: Sequence[int], ends: tuple[End, End], rng: np.random.Generator
+    ) -> list[Row]:
         """The rows on both sides of a corridor, each of a depth that fits its rooms."""
-        depth = self._choose_depth(children, rng)
+        bottom, top = (end.room for end in ends)
+        children = [each for each in children if each not in {bottom, top}]
+        depth = self._choose_depth(children)
         fronts = self._choose_fronts(room, children, depth, rng)
         wings = {
             each: self._draw_block(each, room, depth, fronts.get(each)) for each in children if not self._is_leaf(each)
@@ -170,20 +201,27 @@ class TreeLayout:
         def draw(each: int, depth: int) -> Block:
             return wings.get(each) or draw_room(each, self.areas[each], depth, self.choices.make_rng(each))
 
+        first, last = ({*self.neighbors[end]} if end in self.neighbors else set() for end in (bottom, top))
+        first |= self.near_parent
+        if rng.random() > ORDERED:
+            first, last = set(), set()
         rows = []
         for side in divide_paths(paths, measure, self.areas.__getitem__, rng):
-            depth = self._choose_depth([*chain(*side)], rng)
-            rows.append(self._make_row([[draw(each, depth) for each in path] for path in side], children, depth, rng))
+            depth = self._choose_depth([*chain(*side)])
+            ranks = {each: (each in last) - (each in first) for each in chain(*side)}
+            ordered = [path if ranks[path[0]] <= ranks[path[-1]] else path[::-1] for path in side]
+            groups = [[(ranks[each], draw(each, depth)) for each in path] for path in ordered]
+            rows.append(self._make_row(groups, children, depth, rng))
         return rows
 
-    def _choose_depth(self, children: Sequence[int], rng: np.random.Generator) -> int:
+    def _choose_depth(self, children: Sequence[int]) -> int:
         """The depth of the rows of rooms: about the side of a square of the room in which half of their area ends."""
         leaves = sorted(self.areas[each] for each in children if self._is_leaf(each))
         if not leaves:
             return sum(DEPTHS) // 2
         half = sum(leaves) / 2
         middle = next(area for area, total in zip(leaves, accumulate(leaves), strict=True) if total >= half)
-        depth = round_randomly(sqrt(middle) * rng.uniform(*SIDES), rng)
+        depth = round(sqrt(middle) * self.choices.depth)
         return min(max(depth, DEPTHS[0]), DEPTHS[1])
 
     def _choose_size(self, room: int, row: int, rng: np.random.Generator) -> tuple[int, int]:
@@ -201,7 +239,9 @@ class TreeLayout:
 
     def _find_paths(self, rooms: Sequence[int], rng: np.random.Generator) -> list[list[int]]:
         """The rooms in an order in which many with a door between them follow each other."""
-        between = self.graph.subgraph(rooms)
+        between = nx.Graph()
+        between.add_nodes_from(rooms)
+        between.add_edges_from(self.neighbors.subgraph(rooms).edges)
         paths = []
         for component in sorted(map(sorted, nx.connected_components(between))):
             path: list[int] = []
@@ -236,16 +276,29 @@ class TreeLayout:
         odd = [each for each in suites if len(self._list_children(each, parent)) % 2]
         return dict(zip(odd, smalls, strict=False))
 
-    def _make_row(self, groups: list[list[Block]], rooms: Sequence[int], depth: int, rng: np.random.Generator) -> Row:
-        """The blocks of a side with their positions; wings are at one of its ends."""
+    def _make_row(
+        self,
+        groups: list[list[tuple[int, Block]]],
+        rooms: Sequence[int],
+        depth: int,
+        rng: np.random.Generator,
+    ) -> Row:
+        """The blocks of a side with their positions; wings are at one of its ends.
+
+        groups: blocks that follow each other, each with its rank: below 0 for one that should be at the beginning of
+        the row, above 0 for one that should be at its end.
+        """
         order = rng.permutation(len(groups)).tolist()
-        order.sort(key=lambda index: max(block.height for block in groups[index]) > WING_RATIO * depth)
+        order.sort(key=lambda index: max(block.height for _, block in groups[index]) > WING_RATIO * depth)
         if rng.random() < 1 / 2:
             order.reverse()
+        order.sort(key=lambda index: sum(rank for rank, _ in groups[index]))
         row, y = [], 0
         for index in order:
-            group = groups[index] if rng.random() < 1 / 2 else groups[index][::-1]
-            for block in group:
+            group = groups[index]
+            if group[0][0] == group[-1][0] and rng.random() < 1 / 2:
+                group = group[::-1]
+            for _, block in group:
                 is_wing = len(block.rooms) > 1
                 gap = ALLEY if self.choices.alleys and is_wing and not self.joined.isdisjoint(block.rooms) else 0
                 row.append((block if rng.random() < 1 / 2 else block.mirrored(), y + gap))

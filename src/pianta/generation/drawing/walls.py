@@ -51,7 +51,7 @@ def build_plan(
     inner = []
     for one, other in doors:
         wall = find_shared_wall(spaces[one], spaces[other])
-        is_opening = {one, other} <= programme.corridors and rng.random() < programme.opening_share
+        is_opening = rng.random() < programme.opening_shares.get((one, other), 0.0)
         width = float(rng.uniform(*OPENING_WIDTHS) if is_opening else rng.choice(programme.door_widths))
         door_kind: Literal["door", "opening"] = "opening" if is_opening else "door"
         inner.append(Door((one + 1, other + 1), *position_door(wall, width, rng), kind=door_kind))
