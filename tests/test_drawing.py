@@ -308,7 +308,9 @@ def test_the_legend_explains_marks_that_occur():
     furnished = replace(plain, doors=passages, furniture=(Furniture(box(1, 1, 2, 2)),))
     assert legend_of(furnished) == [*labels, "opening", "entrance", "furniture"]
     (ax,) = draw_floor(furnished, AROUND_TWO_ROOMS).axes[1:]
-    assert [line.get_marker() for line in ax.get_legend().get_lines()] == ["None", "D"]
+    legend = ax.get_legend()
+    assert legend
+    assert [line.get_marker() for line in legend.get_lines()] == ["None", "D"]
     # A prediction that adds only the walls of a room is not drawn as a part of it
     for width, marks in ((4.01, ["seen in part"]), (6, ["predicted", "seen in part"])):
         partial = replace(certain[0], partial=True, predicted=box(0, 0, width, 3), confidence=0.9)
