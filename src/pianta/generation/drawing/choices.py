@@ -29,7 +29,7 @@ MOST_SEEDS = 2**31
 class Choices:
     """The choices of a layout.
 
-    depth: of rows of rooms, over the side of a square of a usual room in them, so that rooms of one size are alike.
+    depth: of rows of rooms, over the side of a square of a usual room in them, the same for all rows.
     root: the corridor at which it begins. alleys: whether there is space for corridors beside blocks. weights: of the
     edges of the graph, 0 to 1; lower ones are in the spanning tree. seeds: of what is random at each room.
     """
