@@ -42,7 +42,10 @@ class DoorCosts:
         return cost
 
     def _count_corridor_groups(self, labels: Sequence[str], neighbors: Sequence[Collection[int]]) -> int:
-        """The number of groups of corridors that are joined by doors between corridors."""
+        """The number of groups of corridors that are joined by doors between corridors.
+
+        Counted at each move of a door, for which making a graph of networkx would take too long.
+        """
         left = {room for room, label in enumerate(labels) if label in self.corridors}
         groups = 0
         while left:

@@ -27,6 +27,8 @@ TRIES = 50
 # P(a branch of an area is removed), and the expected number of branches added for each of its branches: the numbers of
 # rooms of a building then vary by some 12 %. Chosen by hand on halves of the schools.
 P_REMOVED = 0.35
+# Branches that an area keeps. Of 1 and 2 that with which more drawn buildings are read as they are.
+FEWEST_BRANCHES = 2
 # Number of new buildings that meet the constraints, of which the one with labels farthest from any floor is made.
 # Of 1, 2 and 4 the least with which the buildings of a model of all schools are nearly as far from its floors, by edits
 # of the graph, as these are from each other.
@@ -94,10 +96,11 @@ def recombine_areas(
     """New areas with the hubs of given ones.
 
     Each branch of an area is replaced by a random one of all areas with the same kind of hub, removed with probability
-    P_REMOVED, and as many are added on average; an area that has branches keeps one at least. Rooms of one building
-    thus stay together: those of different floors have little in common, and a classifier separates buildings of a
-    mixture of them from real ones.
-    others: areas of the building that stay as they are, and whose branches are drawn as well.
+    P_REMOVED, and as many are added on average; two stay at least, if there are two. Rooms of one building thus stay
+    together: those of different floors have little in common, and a classifier separates buildings of a mixture of them
+    from real ones.
+    others: areas of the building that stay as they are, and whose branches are drawn as well. most: the most branches
+    of an area, by the label of its hub, if known.
     """
     pools = {
         is_corridor: [
@@ -108,8 +111,8 @@ def recombine_areas(
     new = []
     for area in areas:
         n_kept = int((generator.random(len(area.branches)) >= P_REMOVED).sum())
-        # A hub that loses all its branches would be a dead end, which corridors are not.
-        least = min(2, len(area.branches))
+        # With fewer, its hub would be a dead end or lead to one room, as corridors seldom do.
+        least = min(FEWEST_BRANCHES, len(area.branches))
         count = max(least, n_kept + int(generator.poisson(P_REMOVED * len(area.branches))))
         count = min(count, most.get(area.hub, count))
         pool = pools[area.is_corridor]
@@ -235,7 +238,11 @@ class AreaRecombiner:
 
     def _share_functions(self, counts: Counts) -> Floats:
         """The shares of functions in the rooms of buildings, shape (buildings, functions). counts: of their labels."""
-        functions = [label.function_in() for label in self.model.schema.labels]
-        members = np.array([[each == function for each in FCES] for function in functions], float)
-        shares: Floats = counts @ members / counts.sum(axis=1, keepdims=True)
+        shares: Floats = counts @ self._functions / counts.sum(axis=1, keepdims=True)
         return shares
+
+    @cached_property
+    def _functions(self) -> Floats:
+        """1 for the function of each label, else 0, shape (labels, functions)."""
+        functions = [label.function_in() for label in self.model.schema.labels]
+        return np.array([[each == function for each in FCES] for function in functions], float)

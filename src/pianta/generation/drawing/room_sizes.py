@@ -16,9 +16,10 @@ from pianta.graphs.labelled_graphs import name_some
 from pianta.graphs.metrics import find_corridors
 from pianta.worlds.wall_axes import INNER_WALL
 
-SIMILAR = 15  # corridors of the type with rooms of about the same sizes at them, of which one has its area chosen
-PASSES = 3  # over the corridors, as each has a size that depends on those of its neighbours
-SIMILAR_AREAS = 5  # of these corridors, of which one has its aspect chosen
+SIMILAR = 15  # corridors of the type with about as much wall of rooms, of which one has its area chosen
+PASSES = 3  # over the corridors, as the area of each depends on those of its neighbours
+SIMILAR_DOORS = 15  # corridors of the type with a similar number of doors
+SIMILAR_AREAS = 5  # of these, of which one has its aspect chosen
 OWN_SHARE = 0.75  # of the rooms of a building whose areas are those of one floor; chosen by hand
 
 
@@ -70,7 +71,7 @@ def sample_corridor_aspects(
         if node not in corridors or not shapes[label]:
             continue
         table = np.array(shapes[label])
-        for column, value, count in ((0, graph.degree[node], SIMILAR), (1, areas[node], SIMILAR_AREAS)):
+        for column, value, count in ((0, graph.degree[node], SIMILAR_DOORS), (1, areas[node], SIMILAR_AREAS)):
             difference = abs(table[:, column] - value)
             table = table[np.argsort(difference, kind="stable")[:count]]
         aspects[node] = float(rng.choice(table[:, 2]))

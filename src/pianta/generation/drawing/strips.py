@@ -79,7 +79,8 @@ class TreeLayout:
     """Draws a spanning tree of a graph.
 
     graph: connected; nodes are integers. areas: of each room, in cells. corridors: nodes. choices: of the tree, and of
-    what is random at each room. aspects: of corridors, the longer side over the shorter one, if known.
+    what is random at each room. aspects: of corridors, the longer side over the shorter one, if known. tree: the
+    spanning tree. joined: the rooms with doors outside it. neighbors, near_parent: by `find_adjacent_blocks`.
     """
 
     graph: nx.Graph
@@ -238,10 +239,9 @@ class TreeLayout:
         return min(max(round_randomly(area / length, rng), narrowest), widest), length
 
     def _find_paths(self, rooms: Sequence[int], rng: np.random.Generator) -> list[list[int]]:
-        """The rooms in an order in which many with a door between them follow each other."""
-        between = nx.Graph()
+        """The rooms in an order in which many whose blocks have a door between them follow each other."""
+        between = nx.Graph(self.neighbors.subgraph(rooms))
         between.add_nodes_from(rooms)
-        between.add_edges_from(self.neighbors.subgraph(rooms).edges)
         paths = []
         for component in sorted(map(sorted, nx.connected_components(between))):
             path: list[int] = []
