@@ -25,8 +25,11 @@ from pianta_bench.drawing.circle import (
 from pianta_bench.drawing.figures import draw_pairs
 from pianta_bench.drawing.measure import (
     ALL_DOORS,
+    COURTS,
     EDGES,
+    FACADE,
     GENERATED,
+    HULL,
     NARROW,
     NARROW_DOORS,
     OVERLAP,
@@ -38,6 +41,7 @@ from pianta_bench.drawing.measure import (
     leave_geometry_out,
     list_sizes,
     measure,
+    measure_compactness,
     measure_floor,
 )
 from pianta_bench.drawing.tables import DOOR_SHARE, LARGEST_TIME, SHARE, SMALL_SHARE, tabulate
@@ -95,6 +99,15 @@ class TestFloors:
         around = Floor((Room(1, box(0, 0, 10, 10).difference(inner), "CLASSROOM"), Room(2, inner, "CLOSET")))
         assert find_lit_shares([FLOOR, around]) == {"CORRIDOR": 1.0, "CLASSROOM": 1.0, "CLOSET": 0.5}
 
+    def test_a_court_is_in_the_hull_and_at_the_facade(self):
+        """Rooms around a court of 4 m; with walls of 0.3 m it is 3.4 m wide in a square of 12.6 m."""
+        sides = (box(0, 0, 12, 4), box(0, 8, 12, 12), box(0, 4, 4, 8), box(8, 4, 12, 8))
+        floor = Floor(tuple(Room(number, side) for number, side in enumerate(sides, 1)))
+        body = 12.6**2 - 3.4**2
+        assert measure_compactness(floor) == pytest.approx(
+            {HULL: body / 12.6**2, COURTS: 3.4**2 / 12.6**2, FACADE: 4 * (12.6 + 3.4) / body**0.5}
+        )
+
     def test_a_model_without_a_building_draws_other_areas(self):
         model = sized_model()
         source = model.floors[0].source
@@ -127,7 +140,8 @@ class TestClosedCircle:
 
 class TestTables:
     def test_shares_of_buildings_and_of_doors(self):
-        doors, sizes, realism = tabulate(make_results({GENERATED: [FLOOR], WITHHELD: [FLOOR], REAL: [FLOOR, FLOOR]}))
+        results = make_results({GENERATED: [FLOOR], WITHHELD: [FLOOR], REAL: [FLOOR, FLOOR]})
+        doors, sizes, compactness, realism = tabulate(results)
         assert doors.rows[SHARE][GENERATED].mean == pytest.approx(200 / 3)
         assert doors.rows[SMALL_SHARE][GENERATED].mean == 100
         assert doors.rows[DOOR_SHARE][GENERATED].mean == pytest.approx(98.5)
@@ -135,6 +149,7 @@ class TestTables:
         assert (doors.rows["processor time, s"][GENERATED].mean, doors.rows[LARGEST_TIME][GENERATED].mean) == (3, 5)
         assert sizes.rows[f"CORRIDOR, {REAL}"]["aspect"].mean == 5
         assert sizes.rows[f"CORRIDOR, {GENERATED}"]["p of areas"].mean == 1
+        assert compactness.rows[f"{HULL}, {REAL}"]["up to 30"].mean == measure_compactness(FLOOR)[HULL]
         assert realism.rows["R/C"][GENERATED].mean == 0.4
 
     def test_scans_are_two_tables(self):

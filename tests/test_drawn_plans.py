@@ -23,6 +23,7 @@ from pianta.generation.drawing.losses import (
     count_narrow_rooms,
     find_missing_doors,
     measure_arms,
+    measure_corners,
     measure_gaps,
     measure_shape,
     measure_width,
@@ -35,7 +36,7 @@ from pianta.generation.drawing.site import OUTSIDE
 from pianta.generation.drawing.strips import TreeLayout, find_adjacent_blocks
 from pianta.generation.room_shapes import OPENING
 from pianta.generation.type_model import TypeModel, learn_type
-from tests.generated_types import AREAS, OTHER_AREA, SCHOOL, join_wings, make_schools, sized_model
+from tests.generated_types import AREAS, OTHER_AREA, SCHOOL, WINGS, join_wings, make_schools, sized_model
 
 
 @pytest.fixture(scope="module")
@@ -196,13 +197,13 @@ class TestChoices:
     RING = nx.cycle_graph(4)
 
     def test_the_tree_leaves_out_the_edge_with_the_highest_weight(self):
-        choices = Choices(1.0, 0, False, {(0, 1): 0.1, (0, 3): 0.2, (1, 2): 0.9, (2, 3): 0.3}, {})
+        choices = Choices(0, False, {(0, 1): 0.1, (0, 3): 0.2, (1, 2): 0.9, (2, 3): 0.3}, {})
         assert sorted(choices.find_tree(self.RING, frozenset()).edges) == [(0, 1), (0, 3), (2, 3)]
 
     @pytest.mark.parametrize(("chance", "edges"), [(0.4, [(0, 1), (0, 3), (1, 2)]), (1.0, [(0, 1), (0, 3), (2, 3)])])
     def test_corridors_lead_to_corridors_and_most_rooms_to_nothing(self, chance, edges):
         """The corridors 0 and 1 keep their edge; rooms 2 and 3 keep theirs to corridors, except for much chance."""
-        choices = Choices(1.0, 0, False, {(0, 1): 1.0, (0, 3): 0.2, (1, 2): chance, (2, 3): 0.0}, {})
+        choices = Choices(0, False, {(0, 1): 1.0, (0, 3): 0.2, (1, 2): chance, (2, 3): 0.0}, {})
         assert sorted(choices.find_tree(self.RING, frozenset({0, 1})).edges) == edges
 
     def test_a_change_changes_one_thing(self, rng):
@@ -211,7 +212,7 @@ class TestChoices:
             changed = choices.change([0, 1], [(0, 1)], [2], rng)
             same_tree, same_rooms = changed.weights == choices.weights, changed.seeds == choices.seeds
             same_root = (changed.root, changed.alleys) == (choices.root, choices.alleys)
-            assert same_tree + same_rooms + same_root + (changed.depth == choices.depth) == 3
+            assert same_tree + same_rooms + same_root == 2
             assert all(changed.seeds[room] == choices.seeds[room] for room in (0, 1, 3))
 
     def test_random_numbers_of_a_room_are_the_same_again(self, rng):
@@ -226,8 +227,8 @@ class TestLosses:
         assert find_missing_doors(cells, nx.Graph([(0, 1), (1, 2), (2, 0)])) == ((0, 2), (1, 2))
 
     def test_the_shape_is_the_bounding_box_over_the_area_and_its_elongation(self):
-        block = Block((Rectangle(0, 0, 0, 4, 2), Rectangle(1, 0, 2, 2, 4)), 0, 4)
-        assert measure_shape(block) == pytest.approx(16 / 12 + 0.3)
+        cells = paint_cells(Block((Rectangle(0, 0, 0, 4, 2), Rectangle(1, 0, 2, 2, 4)), 0, 4), 3)
+        assert measure_shape(cells) == pytest.approx(16 / 12 + 0.3)
 
     def test_gaps_lose_by_their_way(self):
         """Arms of 5 cells for each cell of the way, 6 times over the area; six times for two rooms; no way is 150."""
@@ -254,7 +255,10 @@ class TestLosses:
         assert measure_width(cells == 0) == 10
         assert count_narrow_rooms(cells) == narrow
         corner = 0.05 * (width < 10)
-        assert measure_arms(cells, 2, 10) == pytest.approx(0.6 + 60 / (cells == 0).sum() + narrow + corner)
+        assert measure_corners(cells) == pytest.approx(narrow + corner)
+
+    def test_arms_lose_by_their_number_and_by_their_share_of_the_area(self):
+        assert measure_arms(np.zeros((10, 20), np.int32), 2, 10) == pytest.approx(0.6 + 60 / 200)
 
 
 class TestStrips:
@@ -281,6 +285,19 @@ class TestStrips:
             (corridor,) = (r for r in self.draw(areas, aspect, 1)[1].rectangles if r.room == 0)
             assert sorted((corridor.x1 - corridor.x0, corridor.y1 - corridor.y0)) == list(sides)
 
+    def test_changed_choices_are_drawn_as_if_they_were_new(self, rng):
+        """Of a school with four wings, whose corridors are in a ring."""
+        graph = join_wings(*WINGS["d"], source="")
+        corridors = [node for node, label in graph.nodes(data="label") if label == "CORRIDOR"]
+        areas = {room: AREAS.get(label, OTHER_AREA) * 4 for room, label in graph.nodes(data="label")}
+        choices = sample_choices(graph, 0, alleys=False, rng=rng)
+        tree = TreeLayout(graph, areas, frozenset(corridors), choices)
+        tree.draw()
+        for _ in range(30):
+            changed = tree.choices.change(corridors, [*graph.edges], [*graph], rng)
+            tree = tree.change(changed)
+            assert tree.draw() == TreeLayout(graph, areas, frozenset(corridors), changed).draw()
+
     def test_rows_with_rooms_of_one_size_have_one_depth(self):
         """Ten rooms of 120 cells: all but two at most, which may be at ends of the corridor, have the same sides."""
         star = nx.star_graph(10)
@@ -288,7 +305,6 @@ class TestStrips:
         for seed in range(10):
             choices = sample_choices(star, 0, alleys=False, rng=np.random.default_rng(seed))
             block = TreeLayout(star, areas, frozenset({0}), choices, {0: 8.0}).draw()
-            assert 0.9 <= choices.depth <= 1.15
             sides = Counter(
                 tuple(sorted((r.x1 - r.x0, r.y1 - r.y0))) for r in block.rectangles if r.room in range(1, 11)
             )
@@ -335,7 +351,7 @@ class TestLayouts:
         losses = [layout.loss for layout in layouts]
         assert losses == sorted(losses)
         assert all(layout.block.rooms == set(ring) for layout in layouts)
-        at_random = [layout for layout in layouts if layout.choices.seeds != layouts[0].choices.seeds]
+        at_random = [layout for layout in layouts if layout.tree.choices.seeds != layouts[0].tree.choices.seeds]
         assert layouts[0].loss < min(layout.loss for layout in at_random[2:])
 
 

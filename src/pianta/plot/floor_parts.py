@@ -129,7 +129,8 @@ def _extend_view(floor: Floor, ax: Axes) -> None:
 def plot_doors(floor: Floor, *, ax: Axes | None = None) -> Axes:
     """Draw the doors as strokes from jamb to jamb, openings dashed, entrances in another colour with a diamond.
 
-    Possible doors are thin dashed lines.
+    Strokes are the wider, the larger the scale of the ax is, so that small doors are longer than wide. Possible doors
+    are thin dashed lines.
 
     Parameters
     ----------
@@ -163,16 +164,19 @@ def plot_doors(floor: Floor, *, ax: Axes | None = None) -> Axes:
 
 def draw_door(x: Sequence[float], y: Sequence[float], *, color: str = DOOR_COLOR, is_opening: bool = False) -> Line2D:
     """The line of a door, or its sample in a legend."""
-    from matplotlib.lines import Line2D
+    from pianta.plot.strokes import LIMITS, DoorStroke
 
     style: Any = OPENING_DASHES if is_opening else "-"
-    return Line2D(x, y, color=color, linewidth=3, linestyle=style, solid_capstyle="butt", zorder=DOOR_LEVEL)
+    look: dict[str, Any] = {"linewidth": LIMITS[1], "linestyle": style, "solid_capstyle": "butt"}
+    return DoorStroke(x, y, color=color, zorder=DOOR_LEVEL, **look)
 
 
 def draw_entrance(x: Sequence[float], y: Sequence[float]) -> Line2D:
     """The diamond at an entrance, for readers who cannot distinguish the colours of doors, or its legend sample."""
+    from pianta.plot.strokes import DIAMOND_LIMITS
+
     line = draw_door(x, y, color=ENTRANCE_COLOR)
-    line.set(marker="D", markersize=7, markeredgecolor="white")
+    line.set(marker="D", markersize=DIAMOND_LIMITS[1], markeredgecolor="white")
     return line
 
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import chain
-from math import inf
+from math import inf, sqrt
 from pathlib import Path
 from time import process_time
 
 import networkx as nx
 import numpy as np
-from shapely import Polygon, area, maximum_inscribed_circle, union_all
+from shapely import Polygon, area, get_parts, maximum_inscribed_circle, union_all
 
 from pianta.building_types.description import describe_building
 from pianta.errors import DataError, OptionError, PiantaError
@@ -46,6 +46,8 @@ ALL_DOORS, EDGES, REALISED = "all doors", "edges", "edges drawn"
 NARROW, OVERLAP = "rooms under 1.2 m", "overlap, m²"
 NARROW_DOORS = "doors under 0.7 m"
 SECONDS = "processor seconds"
+HULL, COURTS, FACADE = "of the convex hull", "courts", "facade"
+THICKEST_WALL = 0.6  # m, of inner walls, across which rooms are one body
 EMPTY_FLOOR = Floor(())
 
 
@@ -256,6 +258,20 @@ def _rate_realism(
         for part, floor, reference in rated:
             typicality = reference.assess(floor).typicality
             results.add(part, floor.source, {"typicality": typicality}, label_set=str(LabelSet(label_set)))
+
+
+def measure_compactness(floor: Floor) -> Figures:
+    """How much of its convex hull a floor fills, how much of its outline are courts, and how long its facade is.
+
+    The facade, with those at courts, is over the side of a square of the same area.
+    """
+    body = union_all([room.polygon.buffer(THICKEST_WALL / 2, join_style="mitre") for room in floor])
+    filled = union_all([Polygon(part.exterior) for part in get_parts(body)])
+    return {
+        HULL: body.area / body.convex_hull.area,
+        COURTS: 1 - body.area / filled.area,
+        FACADE: body.length / sqrt(body.area),
+    }
 
 
 def find_lit_shares(floors: Sequence[Floor]) -> dict[str, float]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import partial
+from math import inf
 from statistics import median
 
 from scipy.stats import ks_2samp
@@ -13,8 +14,11 @@ from pianta.generation.drawing.programme import LEAST_WINDOW
 from pianta_bench.drawing.circle import DOORS, ROOMS, SAME, SAME_LABELLED, SCANS
 from pianta_bench.drawing.measure import (
     ALL_DOORS,
+    COURTS,
     EDGES,
+    FACADE,
     GENERATED,
+    HULL,
     LARGEST_DRAWN,
     LARGEST_SCANNED,
     NARROW,
@@ -27,6 +31,7 @@ from pianta_bench.drawing.measure import (
     WORLDS,
     find_lit_shares,
     list_sizes,
+    measure_compactness,
 )
 from pianta_bench.harness.records import Record, Results
 from pianta_bench.harness.tables import Cell, FilledTable, Table
@@ -40,6 +45,7 @@ SHARE, SMALL_SHARE, DOOR_SHARE = (
 )
 LARGEST_TIME = "longest, s"
 LIT = "windows, %"
+SIZE_CLASSES = ((30, "up to 30"), (50, "31 to 50"), (inf, "more"))
 
 
 def share_of(values: Sequence[float | None]) -> Cell:
@@ -78,6 +84,18 @@ SIZES = Table(
         "Medians, m², and p of the test of Kolmogorov and Smirnov. aspect: longer side",
         "of the smallest rectangle around a room over the shorter one. Windows: rooms",
         f"with {LEAST_WINDOW:g} m of outer wall.",
+    ),
+)
+COMPACTNESS = Table(
+    title="Compactness of {type} floors, by their number of rooms",
+    rows=("metric", "part"),
+    columns=("size",),
+    where={"metric": [HULL, COURTS, FACADE], "part": [REAL, *SOURCES]},
+    summarise=Cell.median,
+    digits=2,
+    notes=(
+        "Medians: share of the convex hull that is building, share of the outline that",
+        "is court, facade over the side of a square of the same area.",
     ),
 )
 REALISM = Table(
@@ -122,6 +140,7 @@ def tabulate(results: Results) -> list[FilledTable]:
     tables = [
         DOOR_TABLE.fill(_summarise(results), type=name),
         SIZES.fill(_compare_sizes(results), type=name),
+        COMPACTNESS.fill(_describe_compactness(results), type=name),
         REALISM.fill(results.records, type=name),
     ]
     if any(scanned.values()):
@@ -153,6 +172,15 @@ def _summarise(results: Results) -> Iterator[Record]:
         }
         yield from ({"part": part, "metric": metric, "value": value} for metric, value in sums.items())
         yield from results.select(part=part, metric=SECONDS)
+
+
+def _describe_compactness(results: Results) -> Iterator[Record]:
+    """The compactness of each floor, with the class of its size."""
+    for part, floors in results.objects["floors"].items():
+        for floor in floors:
+            size = next(name for most, name in SIZE_CLASSES if len(floor) <= most)
+            for metric, value in measure_compactness(floor).items():
+                yield {"part": part, "metric": metric, "size": size, "value": value}
 
 
 def _compare_sizes(results: Results) -> Iterator[Record]:

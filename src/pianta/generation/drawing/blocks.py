@@ -17,6 +17,7 @@ CELL = 0.5  # m, side of a cell
 DOOR_CELLS = 3  # of wall that two rooms share: a door of 0.9 m and 0.3 m beside it
 NARROWEST = 3  # cells, of a room
 NO_ROOM = -1
+MARGIN_CELLS = 10  # around a building, for arms; chosen by hand
 
 
 class Rectangle(NamedTuple):

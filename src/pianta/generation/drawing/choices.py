@@ -16,12 +16,9 @@ Edge = tuple[int, int]
 # which is a corridor's, and one between the rooms would be a room's. Chosen by hand.
 EDGE_WEIGHTS = (2.4, 2.0, 1.0)  # by the number of corridors at the edge
 RANDOM_WEIGHT = 0.9
-# Share of the changes that change the tree, of the others that change the root, and of the rest that change the depth.
-# Chosen by hand.
+# Share of the changes that change the tree, and of the others that change the root. Chosen by hand.
 TREE_CHANGES = 0.25
 ROOT_CHANGES = 0.1
-DEPTH_CHANGES = 0.05
-DEPTHS = (0.9, 1.15)  # of rows of rooms, over the side of a square of a usual room in them; after schools of the data
 MOST_SEEDS = 2**31
 
 
@@ -29,12 +26,10 @@ MOST_SEEDS = 2**31
 class Choices:
     """The choices of a layout.
 
-    depth: of rows of rooms, over the side of a square of a usual room in them, the same for all rows.
     root: the corridor at which it begins. alleys: whether there is space for corridors beside blocks. weights: of the
     edges of the graph, 0 to 1; lower ones are in the spanning tree. seeds: of what is random at each room.
     """
 
-    depth: float
     root: int
     alleys: bool
     weights: Mapping[Edge, float]
@@ -48,6 +43,10 @@ class Choices:
             weighted.add_edge(one, other, weight=compute_edge_weight((one, other), corridors, self.weights[one, other]))
         return nx.minimum_spanning_tree(weighted)
 
+    def have_same_tree(self, other: Choices) -> bool:
+        """Whether only what is random at rooms differs from other choices."""
+        return (self.root, self.alleys, self.weights) == (other.root, other.alleys, other.weights)
+
     def make_rng(self, room: int) -> np.random.Generator:
         """The random numbers of a room, the same at each call."""
         return np.random.default_rng(self.seeds[room])
@@ -55,14 +54,12 @@ class Choices:
     def change(
         self, roots: Sequence[int], swapped: Sequence[Edge], changeable: Sequence[int], rng: np.random.Generator
     ) -> Choices:
-        """Choices that differ in one thing: the weight of an edge of `swapped`, root, depth, or the seed of a room."""
+        """Choices that differ in one thing: the weight of an edge of `swapped`, the root, or the seed of a room."""
         if len(swapped) and rng.random() < TREE_CHANGES:
             edge = swapped[int(rng.integers(len(swapped)))]
             return replace(self, weights={**self.weights, edge: float(rng.random())})
         if rng.random() < ROOT_CHANGES:
             return replace(self, root=int(rng.choice(roots)), alleys=bool(rng.integers(2)))
-        if rng.random() < DEPTH_CHANGES:
-            return replace(self, depth=float(rng.uniform(*DEPTHS)))
         room = changeable[int(rng.integers(len(changeable)))]
         return replace(self, seeds={**self.seeds, room: int(rng.integers(MOST_SEEDS))})
 
@@ -76,4 +73,4 @@ def sample_choices(graph: nx.Graph, root: int, *, alleys: bool, rng: np.random.G
     """Random choices for a root."""
     weights = dict(zip(graph.edges, rng.random(graph.number_of_edges()).tolist(), strict=True))
     seeds = dict(zip(graph, rng.integers(MOST_SEEDS, size=len(graph)).tolist(), strict=True))
-    return Choices(float(rng.uniform(*DEPTHS)), root, alleys, weights, seeds)
+    return Choices(root, alleys, weights, seeds)

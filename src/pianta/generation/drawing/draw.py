@@ -16,11 +16,18 @@ from shapely import Polygon
 from pianta._arguments import check_argument
 from pianta.errors import BuildingWarning, OptionError
 from pianta.floor import Floor
-from pianta.generation.drawing.blocks import DOOR_CELLS, NO_ROOM, Cells, measure_contact, paint_cells
+from pianta.generation.drawing.blocks import DOOR_CELLS, MARGIN_CELLS, NO_ROOM, Cells, measure_contact, paint_cells
 from pianta.generation.drawing.choices import Edge
+from pianta.generation.drawing.compaction import compact
 from pianta.generation.drawing.gaps import close_gaps
-from pianta.generation.drawing.layouts import MARGIN_CELLS, Layout, find_layouts
-from pianta.generation.drawing.losses import ROOM_FACTOR, find_missing_doors, measure_arms, measure_form
+from pianta.generation.drawing.layouts import Layout, find_layouts
+from pianta.generation.drawing.losses import (
+    ROOM_FACTOR,
+    find_missing_doors,
+    measure_arms,
+    measure_corners,
+    measure_form,
+)
 from pianta.generation.drawing.programme import Programme, make_programme
 from pianta.generation.drawing.short_arms import find_short_arm
 from pianta.generation.drawing.site import OUTSIDE, list_scales, make_site
@@ -30,6 +37,7 @@ from pianta.generation.type_model import TypeModel, prepare_room_graph
 # All chosen by hand, on generated schools.
 FINISHED = 8  # layouts, the best ones, that get arms; more, up to MOST_FINISHED, while doors are missing
 MOST_FINISHED = 16
+COMPACTED = 3  # candidates, the best ones, that are compacted
 ORDERS = 6  # of arms, while doors are missing
 SITE_TRIES = 2  # of all scales of areas, while doors are missing or nothing fits into an outline
 
@@ -52,11 +60,16 @@ class DrawnPlan:
 
 @dataclass(frozen=True)
 class _Candidate:
-    """cells: the node of each cell. loss: the less, the better. missing: doors of the graph without a wall for them."""
+    """cells: the node of each cell. loss: the less, the better. missing: doors of the graph without a wall for them.
+
+    loose: the cells before gaps were closed. arm_loss: the part of the loss by the number and lengths of arms.
+    """
 
     cells: Cells
     loss: float
     missing: tuple[Edge, ...]
+    loose: Cells
+    arm_loss: float
 
 
 def draw_plan(graph: nx.Graph, model: TypeModel, *, seed: int = 0, outline: Polygon | None = None) -> DrawnPlan:
@@ -150,13 +163,17 @@ def _finish_best(layouts: Sequence[Layout], programme: Programme, rng: np.random
 
     None if no layout fits on the site.
     """
-    best: _Candidate | None = None
+    found: list[_Candidate] = []
     for number, layout in enumerate(layouts[:MOST_FINISHED]):
-        if best is not None and not best.missing and number >= FINISHED:
+        most = min((len(each.missing) for each in found), default=inf)
+        if not most and number >= FINISHED:
             break
-        most = inf if best is None else len(best.missing)
-        best = _choose_better(best, _finish(layout, programme, rng, most_missing=most))
-    return best
+        candidate = _finish(layout, programme, rng, most_missing=most)
+        found += [] if candidate is None else [candidate]
+    found.sort(key=_rank)
+    if programme.site is None:
+        found += [_compact(each, programme) for each in found[:COMPACTED]]
+    return min(found, key=_rank, default=None)
 
 
 def _choose_better(one: _Candidate | None, other: _Candidate | None) -> _Candidate | None:
@@ -178,7 +195,7 @@ def _finish(
     best, failures = None, Counter[Edge]()
     # Once a layout has all doors, another one has to be better without many tries
     for _ in range(ORDERS if most_missing else 1):
-        candidate = _add_arms(on_site.copy(), layout, programme, rng, failures, most_missing=most_missing)
+        candidate = _add_arms(on_site.copy(), programme, rng, failures, most_missing=most_missing)
         best = _choose_better(best, candidate)
         if best is not None:
             if not best.missing:
@@ -193,7 +210,6 @@ def _rank(candidate: _Candidate) -> tuple[int, float]:
 
 def _add_arms(
     cells: Cells,
-    layout: Layout,
     programme: Programme,
     rng: np.random.Generator,
     failures: Counter[Edge],
@@ -223,8 +239,18 @@ def _add_arms(
         failed += 1
         if failed > most_missing:
             return None
-    close_gaps(cells, [*graph])
+    return _close_gaps(cells, measure_arms(cells, arms, used), programme)
+
+
+def _close_gaps(loose: Cells, arm_loss: float, programme: Programme) -> _Candidate:
+    """A candidate of cells, in which rooms grow into narrow gaps. arm_loss: of its arms."""
+    cells = loose.copy()
+    close_gaps(cells, [*programme.graph])
     cells[cells == OUTSIDE] = NO_ROOM
-    missing = find_missing_doors(cells, graph)
-    loss = measure_form(layout.block, cells, programme) + measure_arms(cells, arms, used)
-    return _Candidate(cells, loss, missing)
+    loss = measure_form(cells, programme) + arm_loss + measure_corners(cells)
+    return _Candidate(cells, loss, find_missing_doors(cells, programme.graph), loose, arm_loss)
+
+
+def _compact(candidate: _Candidate, programme: Programme) -> _Candidate:
+    """A candidate whose parts are as near to each other as the areas of its rooms allow."""
+    return _close_gaps(compact(candidate.loose, programme.graph, programme.areas), candidate.arm_loss, programme)

@@ -9,8 +9,8 @@ import networkx as nx
 import numpy as np
 from numpy.typing import NDArray
 
-from pianta.generation.drawing.blocks import Block, paint_cells
-from pianta.generation.drawing.choices import Choices, Edge, sample_choices
+from pianta.generation.drawing.blocks import MARGIN_CELLS, Block, paint_cells
+from pianta.generation.drawing.choices import Edge, sample_choices
 from pianta.generation.drawing.losses import find_missing_doors, measure_form, measure_gaps, measure_outside
 from pianta.generation.drawing.programme import Programme
 from pianta.generation.drawing.strips import TreeLayout
@@ -18,7 +18,6 @@ from pianta.generation.drawing.strips import TreeLayout
 # All chosen by hand, on generated schools.
 TREES = 36  # layouts at random
 IMPROVED = 2  # of them, the best ones, that are improved
-MARGIN_CELLS = 10  # around a layout, for arms
 CHANGES = 180  # that each of these tries
 
 
@@ -26,10 +25,11 @@ CHANGES = 180  # that each of these tries
 class Layout:
     """A spanning tree of a graph as blocks.
 
-    block: of all rooms. loss: the less, the better. missing: edges of the graph without a wall for their door.
+    tree: that is drawn. block: of all rooms. loss: the less, the better. missing: edges of the graph without a wall for
+    their door.
     """
 
-    choices: Choices
+    tree: TreeLayout
     block: Block
     loss: float
     missing: tuple[Edge, ...]
@@ -63,28 +63,29 @@ class _LayoutSearch:
 
     def sample(self, number: int) -> Layout:
         """A layout at random; each third one with alleys."""
+        programme = self.programme
         root = int(self.rng.choice(self.roots, p=self.weights))
-        return self._draw(sample_choices(self.programme.graph, root, alleys=number % 3 == 1, rng=self.rng))
+        choices = sample_choices(programme.graph, root, alleys=number % 3 == 1, rng=self.rng)
+        return self._draw(TreeLayout(programme.graph, programme.areas, programme.corridors, choices, programme.aspects))
 
     def improve(self, layout: Layout) -> Layout:
         """A layout after changes of which each made it better."""
         graph = self.programme.graph
         rooms = [node for node in graph if graph.degree[node] > 1] or [*graph]
         for _ in range(CHANGES):
-            choices = layout.choices.change(self.roots, self.swapped, rooms, self.rng)
-            changed = self._draw(choices, below=layout.loss)
+            choices = layout.tree.choices.change(self.roots, self.swapped, rooms, self.rng)
+            changed = self._draw(layout.tree.change(choices), below=layout.loss)
             if changed.loss < layout.loss:
                 layout = changed
         return layout
 
-    def _draw(self, choices: Choices, *, below: float = inf) -> Layout:
-        """A layout of choices. below: once a part of its loss is not, the rest is not measured."""
-        programme = self.programme
-        block = TreeLayout(programme.graph, programme.areas, programme.corridors, choices, programme.aspects).draw()
+    def _draw(self, tree: TreeLayout, *, below: float = inf) -> Layout:
+        """The layout of a tree. below: once a part of its loss is not, the rest is not measured."""
+        programme, block = self.programme, tree.draw()
         cells = paint_cells(block, MARGIN_CELLS)
         missing = find_missing_doors(cells, programme.graph)
-        loss = measure_form(block, cells, programme)
+        loss = measure_form(cells, programme)
         if programme.site is not None:
             loss += measure_outside(cells, programme.site)
         loss += measure_gaps(cells, missing, programme.corridors, below=below - loss)
-        return Layout(choices, block, loss, missing)
+        return Layout(tree, block, loss, missing)

@@ -14,7 +14,7 @@ import networkx as nx
 import numpy as np
 from numpy.typing import NDArray
 
-from pianta.generation.drawing.blocks import DOOR_CELLS, NO_ROOM, Block, Cells, measure_contacts
+from pianta.generation.drawing.blocks import DOOR_CELLS, NO_ROOM, Cells, measure_contacts
 from pianta.generation.drawing.choices import Edge
 from pianta.generation.drawing.programme import Programme
 from pianta.generation.drawing.site import Site
@@ -51,16 +51,18 @@ def find_missing_doors(cells: Cells, graph: nx.Graph) -> tuple[Edge, ...]:
     return tuple(edge for edge in graph.edges if contacts.get((min(edge), max(edge)), 0) < DOOR_CELLS)
 
 
-def measure_shape(block: Block) -> float:
-    """The loss by the bounding box of a layout, over its area, and by how elongated it is."""
-    height, width = block.height - min(each.y0 for each in block.rectangles), block.width
-    return height * width / _measure_area(block) + LOSS_BY_LENGTH * max(height, width) / min(height, width)
+def measure_shape(cells: Cells) -> float:
+    """The loss by the bounding box of a building, over its area, and by how elongated it is."""
+    rooms = (cells != NO_ROOM).view(np.uint8)
+    _, _, width, height = cv2.boundingRect(rooms)
+    area = int(np.count_nonzero(rooms))
+    return height * width / area + LOSS_BY_LENGTH * max(height, width) / min(height, width)
 
 
-def measure_form(block: Block, cells: Cells, programme: Programme) -> float:
-    """The loss by all that makes a building unlike real ones; cells: those of the block, perhaps with arms."""
+def measure_form(cells: Cells, programme: Programme) -> float:
+    """The loss by all that makes a building unlike real ones."""
     return (
-        measure_shape(block)
+        measure_shape(cells)
         + measure_facade(cells)
         + measure_elongation(cells, programme.corridors)
         + measure_outer_walls(cells, programme.window_needs, programme.corridors)
@@ -161,10 +163,13 @@ def _measure_ways(start: Pixels, goals: Sequence[Pixels], ways: Pixels) -> list[
 
 
 def measure_arms(cells: Cells, arms: int, used: int) -> float:
-    """The loss by arms, of a number of cells together, and by corners and narrow parts of rooms."""
-    by_length = LOSS_BY_ARM * used / int((cells != NO_ROOM).sum())
-    by_shape = LOSS_BY_CORNER * count_inner_corners(cells) + LOSS_BY_NECK * count_narrow_rooms(cells)
-    return LOSS_BY_DOOR * arms + by_length + by_shape
+    """The loss by arms, of a number of cells together."""
+    return LOSS_BY_DOOR * arms + LOSS_BY_ARM * used / int((cells >= 0).sum())
+
+
+def measure_corners(cells: Cells) -> float:
+    """The loss by corners and narrow parts of rooms."""
+    return LOSS_BY_CORNER * count_inner_corners(cells) + LOSS_BY_NECK * count_narrow_rooms(cells)
 
 
 def count_inner_corners(cells: Cells) -> int:
@@ -206,7 +211,3 @@ def _crop(room: Mask) -> Pixels:
     rows, columns = np.nonzero(room)
     box = room[rows.min() : rows.max() + 1, columns.min() : columns.max() + 1]
     return np.pad(box, 1).astype(np.uint8)
-
-
-def _measure_area(block: Block) -> int:
-    return sum((each.x1 - each.x0) * (each.y1 - each.y0) for each in block.rectangles)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass, field
 from itertools import accumulate, chain
 from math import sqrt
@@ -36,6 +37,10 @@ END_AREA = 20  # smallest room at the end of a corridor
 WIDE_END_AREA = 130  # a larger one is wider than the corridor
 ORDERED = 0.7  # of corridors beside which blocks are where their doors outside the tree need them
 WING_RATIO = 1.6  # a block that is higher than this times the depth of the row is a wing
+
+
+# Room, the one that leads to it, depth of its row, and a small room in front of rooms behind it, if any.
+BlockKey = tuple[int, int, int, int | None]
 
 
 class End(NamedTuple):
@@ -80,7 +85,8 @@ class TreeLayout:
 
     graph: connected; nodes are integers. areas: of each room, in cells. corridors: nodes. choices: of the tree, and of
     what is random at each room. aspects: of corridors, the longer side over the shorter one, if known. tree: the
-    spanning tree. joined: the rooms with doors outside it. neighbors, near_parent: by `find_adjacent_blocks`.
+    spanning tree. joined: the rooms with doors outside it. neighbors, near_parent: by `find_adjacent_blocks`. blocks:
+    that were drawn, by the arguments of `_draw_block`.
     """
 
     graph: nx.Graph
@@ -92,12 +98,25 @@ class TreeLayout:
     joined: set[int] = field(init=False)
     neighbors: nx.Graph = field(init=False)
     near_parent: set[int] = field(init=False)
+    blocks: dict[BlockKey, Block] = field(init=False, default_factory=dict)
 
     def __post_init__(self) -> None:
         self.tree = self.choices.find_tree(self.graph, self.corridors)
         outside = [edge for edge in self.graph.edges if not self.tree.has_edge(*edge)]
         self.joined = {node for edge in outside for node in edge}
         self.neighbors, self.near_parent = find_adjacent_blocks(self.tree, self.choices.root, outside)
+
+    def change(self, choices: Choices) -> TreeLayout:
+        """The layout of other choices; blocks that they leave as they are are not drawn again."""
+        if not choices.have_same_tree(self.choices):
+            return TreeLayout(self.graph, self.areas, self.corridors, choices, self.aspects)
+        changed = {room for room, seed in choices.seeds.items() if seed != self.choices.seeds[room]}
+        other = copy(self)
+        other.choices = choices
+        other.blocks = {
+            key: block for key, block in self.blocks.items() if changed.isdisjoint(r.room for r in block.rectangles)
+        }
+        return other
 
     def draw(self) -> Block:
         """The block of all rooms."""
@@ -115,6 +134,12 @@ class TreeLayout:
         return room not in self.corridors and 0 < len(children) <= MAX_INNER and all(map(self._is_leaf, children))
 
     def _draw_block(self, room: int, parent: int, depth: int, front: int | None = None) -> Block:
+        key = room, parent, depth, front
+        if key not in self.blocks:
+            self.blocks[key] = self._draw_new_block(*key)
+        return self.blocks[key]
+
+    def _draw_new_block(self, room: int, parent: int, depth: int, front: int | None) -> Block:
         children, rng = self._list_children(room, parent), self.choices.make_rng(room)
         if not children:
             return draw_room(room, self.areas[room], depth, rng)
@@ -216,14 +241,12 @@ class TreeLayout:
         return rows
 
     def _choose_depth(self, children: Sequence[int]) -> int:
-        """The depth of the rows of rooms: about the side of a square of the room in which half of their area ends."""
-        leaves = sorted(self.areas[each] for each in children if self._is_leaf(each))
-        if not leaves:
+        """The depth of the rows of rooms: the side of a square of the room in which half of all such sides ends."""
+        sides = sorted(sqrt(self.areas[each]) for each in children if self._is_leaf(each))
+        if not sides:
             return sum(DEPTHS) // 2
-        half = sum(leaves) / 2
-        middle = next(area for area, total in zip(leaves, accumulate(leaves), strict=True) if total >= half)
-        depth = round(sqrt(middle) * self.choices.depth)
-        return min(max(depth, DEPTHS[0]), DEPTHS[1])
+        middle = next(side for side, total in zip(sides, accumulate(sides), strict=True) if total >= sum(sides) / 2)
+        return min(max(round(middle), DEPTHS[0]), DEPTHS[1])
 
     def _choose_size(self, room: int, row: int, rng: np.random.Generator) -> tuple[int, int]:
         """Width and length of a corridor of its area and aspect; it is as long as its longer row of rooms at least."""

@@ -1,0 +1,110 @@
+"""Compaction: free space that only corridors cross is taken out of a building, as layouts of circuits are compacted."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from math import inf
+
+import cv2
+import networkx as nx
+import numpy as np
+from numpy.typing import NDArray
+
+from pianta.generation.drawing.blocks import DOOR_CELLS, MARGIN_CELLS, NO_ROOM, Cells, find_contacts
+
+Mask = NDArray[np.bool_]
+Columns = NDArray[np.int64]
+Scores = NDArray[np.float64]
+
+TURNS = (0, 1, 0)  # quarter turns before seams are taken out; those along y make space for more along x
+GAP = 0.1  # cells of rooms that a free cell between rooms of its row is worth
+SHIFT = 0.01  # cells of rooms that a seam gives up to be a cell straighter
+FAR = 1e6  # cells, more than any seam takes out
+
+
+def compact(cells: Cells, graph: nx.Graph, areas: Mapping[int, float]) -> Cells:
+    """Move the parts of a building towards each other where rooms are larger than they need to be.
+
+    Seams are taken out (Avidan and Shamir 2007): of each row one cell, which is free or in a long part of a room with
+    more cells than it needs, so that all beyond it moves by a cell. From row to row a seam goes along walls and through
+    free space only, so that rooms keep their shapes. It leaves the walls that are as short as their doors.
+
+    cells: of all rooms. graph: of the doors. areas: of each room, in cells. The result has a margin of MARGIN_CELLS.
+    """
+    for turn in TURNS:
+        turned = _crop(np.rot90(cells, turn))
+        while (seam := find_seam(turned, graph, areas)) is not None:
+            turned = _crop(remove_seam(turned, seam))
+        cells = np.rot90(turned, -turn)
+    return np.pad(cells, MARGIN_CELLS - 1, constant_values=NO_ROOM)
+
+
+def remove_seam(cells: Cells, seam: Columns) -> Cells:
+    """The cells without one of each row."""
+    kept = np.arange(cells.shape[1]) != seam[:, None]
+    return np.asarray(cells[kept].reshape(len(cells), -1), np.int32)
+
+
+def find_seam(cells: Cells, graph: nx.Graph, areas: Mapping[int, float]) -> Columns | None:
+    """The column, in each row, of the seam that takes most cells of rooms out; None if none takes any."""
+    removable, passable = _find_ways(cells, graph, areas)
+    is_room = cells != NO_ROOM
+    is_between = np.logical_or.accumulate(is_room, axis=1) & np.logical_or.accumulate(is_room[:, ::-1], axis=1)[:, ::-1]
+    gains = np.where(removable, np.where(is_room, 1.0, GAP * is_between), -inf)
+    # Rows that are like the one before are crossed straight on
+    starts = np.flatnonzero(np.append(True, (cells[1:] != cells[:-1]).any(axis=1)))
+    first, *others = np.add.reduceat(gains, starts, axis=0)
+    walls = [_place_columns(passable[start - 1]) for start in starts[1:]]
+    scores = [first]
+    for gain, places in zip(others, walls, strict=True):
+        scores.append(gain + _move_sideways(scores[-1], places))
+    if scores[-1].max() <= 0:
+        return None
+    seam = [int(np.argmax(scores[-1]))]
+    for before, places in zip(scores[-2::-1], walls[::-1], strict=True):
+        seam.append(int(np.argmax(before - np.abs(places - places[seam[-1]]))))
+    return np.repeat(seam[::-1], np.diff(np.append(starts, len(cells))))
+
+
+def _find_ways(cells: Cells, graph: nx.Graph, areas: Mapping[int, float]) -> tuple[Mask, Mask]:
+    """The cells that a seam may take out, and those under which it may go sideways to the next row."""
+    is_room = cells != NO_ROOM
+    counts = np.bincount(cells[is_room])
+    spare = counts - [areas.get(room, inf) for room in range(len(counts))]
+    lengths, widths = _measure_runs(cells), _measure_runs(cells.T).T
+    is_long = (lengths > widths) & (lengths > DOOR_CELLS)
+    removable = ~is_room | (is_long & (spare[cells] >= widths))
+    passable = ~is_room[:-1] | (cells[:-1] != cells[1:])
+    for (one, other), contact in find_contacts(cells).items():
+        if contact.is_level and contact.length <= DOOR_CELLS and graph.has_edge(one, other):
+            door = slice(contact.column, contact.column + contact.length)
+            passable[contact.row, door] = False
+            removable[contact.row : contact.row + 2, door] = False
+    return removable, passable
+
+
+def _place_columns(passable: NDArray[np.bool_]) -> Scores:
+    """Where columns are on a line, so that the distance of two is what a seam gives up to go from one to the other."""
+    return np.append(0, np.cumsum(np.where(passable[1:] & passable[:-1], SHIFT, FAR)))
+
+
+def _move_sideways(scores: Scores, places: Scores) -> Scores:
+    """The best score at each column, of seams that come from any column before it or after it."""
+    from_left = np.maximum.accumulate(scores + places) - places
+    from_right = np.maximum.accumulate((scores - places)[::-1])[::-1] + places
+    return np.maximum(from_left, from_right)
+
+
+def _measure_runs(cells: Cells) -> NDArray[np.int64]:
+    """How many cells of its row are in the same room as each cell, without a gap."""
+    is_first = np.ones(cells.shape, bool)
+    is_first[:, 1:] = cells[:, 1:] != cells[:, :-1]
+    starts = np.flatnonzero(is_first)
+    lengths = np.diff(np.append(starts, cells.size))
+    return np.repeat(lengths, lengths).reshape(cells.shape)
+
+
+def _crop(cells: Cells) -> Cells:
+    """The cells of a building with one free cell around it."""
+    x, y, width, height = cv2.boundingRect((cells != NO_ROOM).astype(np.uint8))
+    return np.pad(cells[y : y + height, x : x + width], 1, constant_values=NO_ROOM)

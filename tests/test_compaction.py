@@ -1,0 +1,93 @@
+"""Free space that only corridors cross is taken out of drawn buildings."""
+
+import networkx as nx
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from pianta.generation.drawing.blocks import NO_ROOM, paint_cells
+from pianta.generation.drawing.compaction import compact, find_seam, remove_seam
+from pianta.generation.drawing.layouts import find_layouts
+from pianta.generation.drawing.losses import count_inner_corners, find_missing_doors
+from pianta.generation.drawing.programme import make_programme
+from tests.generated_types import join_wings, sized_model
+
+
+def make_cells(drawing: str) -> np.ndarray:
+    """The cells of a drawing, a row per line: digits are rooms, dots are free; with a free margin."""
+    rows = [[NO_ROOM if each == "." else int(each) for each in line] for line in drawing.split()]
+    return np.pad(np.array(rows, np.int32), 2, constant_values=NO_ROOM)
+
+
+def show(cells: np.ndarray) -> str:
+    """A drawing of the bounding box of all rooms."""
+    rows, columns = np.nonzero(cells != NO_ROOM)
+    box = cells[rows.min() : rows.max() + 1, columns.min() : columns.max() + 1]
+    return "\n".join("".join("." if each == NO_ROOM else str(each) for each in line) for line in box)
+
+
+# Corridor 0 leads to rooms 1 and 2, and has seven cells between them.
+STRIP = """
+1111.......2222
+1111.......2222
+000000000000000
+"""
+DOORS = nx.Graph([(0, 1), (0, 2)])
+AREAS = {0: 15, 1: 8, 2: 8}
+
+
+@pytest.mark.parametrize(
+    ("area", "compacted"),
+    [
+        (15, "...11112222....\n...11112222....\n000000000000000"),
+        (11, "..11112222.\n..11112222.\n00000000000"),
+        (2, "11112222\n11112222\n.000000."),
+    ],
+)
+def test_rooms_move_along_their_corridor_which_is_shortened_to_its_area_and_its_doors(area, compacted):
+    """Two doors have three cells of wall each, so that the corridor has six cells at least."""
+    cells = compact(make_cells(STRIP), DOORS, {**AREAS, 0: area})
+    assert show(cells) == compacted
+    assert (cells[:10] == NO_ROOM).all()
+    assert (cells[:, -10:] == NO_ROOM).all()
+
+
+def test_without_gaps_and_spare_area_there_is_no_seam():
+    assert find_seam(make_cells("1111222\n1111222\n0000000"), DOORS, {0: 7, 1: 8, 2: 6}) is None
+
+
+def test_parts_on_both_sides_of_a_corridor_move_along_its_walls():
+    """The seam leaves the corridor where it is free above, and goes along its wall to where it is free below."""
+    cells = make_cells("""
+        1111..2222
+        0000000000
+        .33333333.
+        .33333333.""")
+    doors = nx.Graph([(0, 1), (0, 2), (0, 3)])
+    assert show(compact(cells, doors, {0: 8, 1: 4, 2: 4, 3: 16})) == "11112222\n00000000\n33333333\n33333333"
+
+
+def test_a_seam_has_a_column_in_each_row():
+    cells = make_cells(STRIP)
+    seam = find_seam(cells, DOORS, {**AREAS, 0: 10})
+    assert seam is not None
+    assert seam.shape == (7,)
+    assert (cells != NO_ROOM).sum() - (remove_seam(cells, seam) != NO_ROOM).sum() == 1
+
+
+@settings(max_examples=10, deadline=None)
+@given(seed=st.integers(0, 1000), scale=st.floats(0.3, 1))
+def test_rooms_keep_doors_shapes_and_areas(seed, scale):
+    rng = np.random.default_rng(seed)
+    graph = join_wings(("CCCCT", "CCG", "CCCC"), ((0, 1), (1, 2)), source="")
+    graph = nx.convert_node_labels_to_integers(graph)
+    programme = make_programme(graph, sized_model(), rng)
+    cells = paint_cells(find_layouts(programme, rng)[0].block, 10)
+    areas = {room: scale * area if room in programme.corridors else area for room, area in programme.areas.items()}
+    compacted = compact(cells, graph, areas)
+    before, after = (np.bincount(each[each != NO_ROOM]) for each in (cells, compacted))
+    assert all(after[room] >= min(before[room], areas[room]) for room in graph)
+    assert after.sum() < before.sum()
+    assert count_inner_corners(compacted) <= count_inner_corners(cells)
+    assert {*find_missing_doors(compacted, graph)} <= {*find_missing_doors(cells, graph)}
