@@ -237,7 +237,7 @@ def test_an_entrance_has_another_colour_and_a_diamond_in_its_middle(ax, door_kin
 
 @pytest.mark.parametrize(("metres", "width", "diamond"), [(1, 3.0, 7.0), (15, 0.45 * 72 / 15, 7.0), (60, 1.4, 3.5)])
 def test_strokes_of_doors_are_as_wide_as_the_scale_allows(metres, width, diamond):
-    """An inch, 72 points, shows so many metres; a stroke is 0.45 m wide, but 1.4 to 3 points."""
+    """An inch, 72 points, is as many metres long on the floor; a stroke is 0.45 m wide, but 1.4 to 3 points."""
     figure = Figure(figsize=(1, 1))
     ax = figure.add_axes((0, 0, 1, 1))
     plot_doors(replace(TWO_ROOMS, doors=(Door((1, None), LineString([(0, 1), (0, 2)]), 1),)), ax=ax)

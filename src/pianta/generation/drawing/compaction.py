@@ -41,8 +41,8 @@ def compact(cells: Cells, graph: nx.Graph, areas: Mapping[int, float]) -> Cells:
 
 def remove_seam(cells: Cells, seam: Columns) -> Cells:
     """The cells without one of each row."""
-    kept = np.arange(cells.shape[1]) != seam[:, None]
-    return np.asarray(cells[kept].reshape(len(cells), -1), np.int32)
+    is_left = np.arange(cells.shape[1]) != seam[:, None]
+    return np.asarray(cells[is_left].reshape(len(cells), -1), np.int32)
 
 
 def find_seam(cells: Cells, graph: nx.Graph, areas: Mapping[int, float]) -> Columns | None:
@@ -54,15 +54,15 @@ def find_seam(cells: Cells, graph: nx.Graph, areas: Mapping[int, float]) -> Colu
     # Rows that are like the one before are crossed straight on
     starts = np.flatnonzero(np.append(True, (cells[1:] != cells[:-1]).any(axis=1)))
     first, *others = np.add.reduceat(gains, starts, axis=0)
-    walls = [_place_columns(passable[start - 1]) for start in starts[1:]]
+    crossings = [_position_columns(passable[start - 1]) for start in starts[1:]]
     scores = [first]
-    for gain, places in zip(others, walls, strict=True):
-        scores.append(gain + _move_sideways(scores[-1], places))
+    for gain, positions in zip(others, crossings, strict=True):
+        scores.append(gain + _move_sideways(scores[-1], positions))
     if scores[-1].max() <= 0:
         return None
     seam = [int(np.argmax(scores[-1]))]
-    for before, places in zip(scores[-2::-1], walls[::-1], strict=True):
-        seam.append(int(np.argmax(before - np.abs(places - places[seam[-1]]))))
+    for before, positions in zip(scores[-2::-1], crossings[::-1], strict=True):
+        seam.append(int(np.argmax(before - np.abs(positions - positions[seam[-1]]))))
     return np.repeat(seam[::-1], np.diff(np.append(starts, len(cells))))
 
 
@@ -83,15 +83,15 @@ def _find_ways(cells: Cells, graph: nx.Graph, areas: Mapping[int, float]) -> tup
     return removable, passable
 
 
-def _place_columns(passable: NDArray[np.bool_]) -> Scores:
+def _position_columns(passable: NDArray[np.bool_]) -> Scores:
     """Where columns are on a line, so that the distance of two is what a seam gives up to go from one to the other."""
     return np.append(0, np.cumsum(np.where(passable[1:] & passable[:-1], SHIFT, FAR)))
 
 
-def _move_sideways(scores: Scores, places: Scores) -> Scores:
+def _move_sideways(scores: Scores, positions: Scores) -> Scores:
     """The best score at each column, of seams that come from any column before it or after it."""
-    from_left = np.maximum.accumulate(scores + places) - places
-    from_right = np.maximum.accumulate((scores - places)[::-1])[::-1] + places
+    from_left = np.maximum.accumulate(scores + positions) - positions
+    from_right = np.maximum.accumulate((scores - positions)[::-1])[::-1] + positions
     return np.maximum(from_left, from_right)
 
 

@@ -163,17 +163,17 @@ def _finish_best(layouts: Sequence[Layout], programme: Programme, rng: np.random
 
     None if no layout fits on the site.
     """
-    found: list[_Candidate] = []
+    candidates: list[_Candidate] = []
     for number, layout in enumerate(layouts[:MOST_FINISHED]):
-        most = min((len(each.missing) for each in found), default=inf)
+        most = min((len(each.missing) for each in candidates), default=inf)
         if not most and number >= FINISHED:
             break
         candidate = _finish(layout, programme, rng, most_missing=most)
-        found += [] if candidate is None else [candidate]
-    found.sort(key=_rank)
+        candidates += [] if candidate is None else [candidate]
+    candidates.sort(key=_rank)
     if programme.site is None:
-        found += [_compact(each, programme) for each in found[:COMPACTED]]
-    return min(found, key=_rank, default=None)
+        candidates += [_compact(each, programme) for each in candidates[:COMPACTED]]
+    return min(candidates, key=_rank, default=None)
 
 
 def _choose_better(one: _Candidate | None, other: _Candidate | None) -> _Candidate | None:
