@@ -101,14 +101,16 @@ def draw_worlds(floors: Sequence[Floor]) -> Figure:
     """Furnished floors, and below each the map that a robot would make of it."""
     figure = new_figure(WORLD_WIDTH * len(floors), 2 * WORLD_WIDTH)
     axes = figure.subplots(2, len(floors), squeeze=False, gridspec_kw=WORLD_GRID)
-    for seed, (floor, (above, below)) in enumerate(zip(floors, axes.T, strict=True)):
-        furnished = furnish_for_robot(floor, furniture=FURNITURE, radius=ROBOT_RADIUS, seed=seed)
+    worlds = [
+        furnish_for_robot(each, furniture=FURNITURE, radius=ROBOT_RADIUS, seed=n) for n, each in enumerate(floors)
+    ]
+    for seed, (furnished, (above, below)) in enumerate(zip(worlds, axes.T, strict=True)):
         scan = simulate_map(furnished, noise=NOISE, seed=seed)
         plot_scaled_floor(furnished, ax=above)
         plot_grid(scan, ax=below)
         below.set(xlim=above.get_xlim(), ylim=above.get_ylim(), aspect="equal")
         below.set_axis_off()
-    add_legend_below(figure, floors)
+    add_legend_below(figure, worlds)
     return figure
 
 

@@ -143,6 +143,18 @@ def test_bad_input_is_one_line_and_writes_nothing(tmp_path, write, fragments):
     assert [path.name for path in tmp_path.iterdir()] == ["in"]
 
 
+@pytest.mark.parametrize(
+    ("options", "remedy"), [([], "; if it is a floor plan, give --as plan"), (["--as", "map"], "")]
+)
+def test_an_image_without_a_resolution_may_be_a_plan(sample, tmp_path, options, remedy):
+    """Unless the user says that it is a map."""
+    image = tmp_path / "scan.png"
+    Image.open(sample.with_suffix(".png")).save(image)
+    code, _, err = run_pianta("read", image, *options, "-o", tmp_path / "out")
+    assert code == 2
+    assert err.endswith(f"give its map.yaml, or the metres per cell by --resolution{remedy}\n")
+
+
 @pytest.mark.parametrize("resolution", ["0", "-1", "nan", "inf"])
 def test_a_resolution_without_meaning_is_refused(tmp_path, resolution):
     Image.new("L", (9, 9)).save(tmp_path / "scan.png")

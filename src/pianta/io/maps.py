@@ -29,6 +29,10 @@ MAP_SUFFIXES = (*YAML_SUFFIXES, NPZ_SUFFIX, *IMAGE_SUFFIXES, *BAG_SUFFIXES, JSON
 _COUNTS = {"cells": None, "resolution": 1, "origin": 3}
 
 
+class MissingResolutionError(MapError):
+    """An image is read as a map without a resolution; it may be something else, such as a plan."""
+
+
 def read_map(
     path: Source,
     *,
@@ -136,7 +140,7 @@ def _read_image(
         image = path if isinstance(path, DecodedImage) else open_image(path, max_cells=max_cells)
         if has_geotags(image.pixels):
             return read_geotiff(image, read_image_map, max_cells=max_cells)
-    raise MapError(_describe_missing_resolution(file))
+    raise MissingResolutionError(_describe_missing_resolution(file))
 
 
 def _describe_missing_resolution(image: Path) -> str:

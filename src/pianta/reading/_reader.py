@@ -210,7 +210,7 @@ class Reader:
 
     def _read_map(self, path: str | Path, image: DecodedImage | None) -> StoreyReading:
         """Reconstruct the floor of a map; OptionError for options of plans. image: decoded, None to read the file."""
-        from pianta.io.maps import JSON_SUFFIX, read_map
+        from pianta.io.maps import JSON_SUFFIX, MissingResolutionError, read_map
         from pianta.io.vacuum_segments import name_rooms
         from pianta.io.valetudo import is_wrapped, read_vacuum_map
 
@@ -219,7 +219,13 @@ class Reader:
         if useless:
             raise OptionError(f"map {short_repr(path)} is no plan, leave out {useless} or give input_kind='plan'")
         options = self._choose("resolution", "trust_thresholds", "topic", "message", "max_cells")
-        storey = self._reconstruct(read_map(image or path, **options), path)
+        try:
+            grid = read_map(image or path, **options)
+        except MissingResolutionError as error:
+            if self.options.get("input_kind"):
+                raise
+            raise MapError(f"{error}; if it is a floor plan, give input_kind='plan'") from error
+        storey = self._reconstruct(grid, path)
         if Path(path).suffix.lower() == JSON_SUFFIX or is_wrapped(path):
             # Names that the robot or its owner has given to segments
             limit = self._choose("max_cells")
