@@ -68,6 +68,17 @@ def test_parts_on_both_sides_of_a_corridor_move_along_its_walls():
     assert show(compact(cells, doors, {0: 8, 1: 4, 2: 4, 3: 16})) == "11112222\n00000000\n33333333\n33333333"
 
 
+def test_rooms_do_not_fall_into_parts():
+    """Room 1 has an arm of eight cells, which is taken out except for its last column, and corridor 0 below it."""
+    cells = make_cells("""
+        111........111
+        11111111111111
+        111........111
+        00000000000000""")
+    compacted = compact(cells, nx.Graph([(0, 1)]), {0: 7, 1: 0})
+    assert show(compacted) == "111.111\n1111111\n111.111\n0000000"
+
+
 def test_a_seam_has_a_column_in_each_row():
     cells = make_cells(STRIP)
     seam = find_seam(cells, DOORS, {**AREAS, 0: 10})

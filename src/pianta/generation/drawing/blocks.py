@@ -118,21 +118,33 @@ def measure_contact(cells: Cells, one: int, other: int) -> int:
 
 def find_contacts(cells: Cells) -> dict[tuple[int, int], Contact]:
     """The longest straight wall that two rooms share, by the rooms, the smaller number first."""
-    longest: dict[tuple[int, int], Contact] = {}
     size = int(cells.max()) + 1
-    for is_level in (True, False):
-        lines = cells if is_level else np.ascontiguousarray(cells.T)
-        low, high = np.minimum(lines[:-1], lines[1:]), np.maximum(lines[:-1], lines[1:])
-        pairs = np.where((low >= 0) & (low != high), low.astype(np.int64) * size + high, NO_ROOM)
-        # A column without a pair parts the rows
-        pairs = np.pad(pairs, ((0, 0), (0, 1)), constant_values=NO_ROOM).ravel()
-        starts = np.flatnonzero(np.diff(pairs, prepend=pairs[0] - 1))
-        lengths = np.diff(np.append(starts, pairs.size))
-        for start, length in zip(starts.tolist(), lengths.tolist(), strict=True):
-            if pairs[start] < 0:
-                continue
-            rooms = divmod(int(pairs[start]), size)
-            if rooms not in longest or length > longest[rooms].length:
-                row, column = divmod(start, lines.shape[1] + 1)
-                longest[rooms] = Contact(length, *((row, column) if is_level else (column, row)), is_level)
-    return longest
+    (walls, lengths, starts), others = (_find_walls(lines, size) for lines in (cells, np.ascontiguousarray(cells.T)))
+    count = len(walls)
+    walls, lengths, starts = (np.append(*both) for both in zip((walls, lengths, starts), others, strict=True))
+    # The longest of each pair of rooms, of equal ones the first
+    order = np.lexsort((-lengths, walls))
+    longest = order[np.flatnonzero(np.diff(walls[order], prepend=NO_ROOM))]
+    contacts = {}
+    for index in longest.tolist():
+        is_level = index < count
+        row, column = divmod(int(starts[index]), (cells if is_level else cells.T).shape[1])
+        first = (row, column) if is_level else (column, row)
+        contacts[divmod(int(walls[index]), size)] = Contact(int(lengths[index]), *first, is_level)
+    return contacts
+
+
+def _find_walls(lines: Cells, size: int) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
+    """The straight walls between rows: their rooms as one number, their lengths, and their first cells.
+
+    size: above all numbers of rooms. A cell has the number that it has when the rows are one after the other.
+    """
+    low, high = np.minimum(lines[:-1], lines[1:]), np.maximum(lines[:-1], lines[1:])
+    pairs = np.where((low >= 0) & (low != high), low.astype(np.int64) * size + high, NO_ROOM)
+    is_first = np.ones(pairs.shape, bool)
+    is_first[:, 1:] = pairs[:, 1:] != pairs[:, :-1]
+    starts = np.flatnonzero(is_first)
+    lengths = np.diff(np.append(starts, pairs.size))
+    walls = pairs.ravel()[starts]
+    is_wall = walls >= 0
+    return walls[is_wall], lengths[is_wall], starts[is_wall]

@@ -71,9 +71,14 @@ def _find_ways(cells: Cells, graph: nx.Graph, areas: Mapping[int, float]) -> tup
     is_room = cells != NO_ROOM
     counts = np.bincount(cells[is_room])
     spare = counts - [areas.get(room, inf) for room in range(len(counts))]
-    lengths, widths = _measure_runs(cells), _measure_runs(cells.T).T
+    (_, lengths), (tops, widths) = _find_runs(cells), (each.T for each in _find_runs(cells.T))
     is_long = (lengths > widths) & (lengths > DOOR_CELLS)
-    removable = ~is_room | (is_long & (spare[cells] >= widths))
+    # A room keeps its shape if it goes on in the next column as it is in this one
+    goes_on = np.zeros(cells.shape, bool)
+    goes_on[:, :-1] = (
+        (cells[:, :-1] == cells[:, 1:]) & (tops[:, :-1] == tops[:, 1:]) & (widths[:, :-1] == widths[:, 1:])
+    )
+    removable = ~is_room | (goes_on & is_long & (spare[cells] >= widths))
     passable = ~is_room[:-1] | (cells[:-1] != cells[1:])
     for (one, other), contact in find_contacts(cells).items():
         if contact.is_level and contact.length <= DOOR_CELLS and graph.has_edge(one, other):
@@ -95,13 +100,14 @@ def _move_sideways(scores: Scores, positions: Scores) -> Scores:
     return np.maximum(from_left, from_right)
 
 
-def _measure_runs(cells: Cells) -> NDArray[np.int64]:
-    """How many cells of its row are in the same room as each cell, without a gap."""
+def _find_runs(cells: Cells) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Of each cell, the first column and the length of the cells around it in its row that are in the same room."""
     is_first = np.ones(cells.shape, bool)
     is_first[:, 1:] = cells[:, 1:] != cells[:, :-1]
     starts = np.flatnonzero(is_first)
     lengths = np.diff(np.append(starts, cells.size))
-    return np.repeat(lengths, lengths).reshape(cells.shape)
+    columns = starts % cells.shape[1]
+    return np.repeat(columns, lengths).reshape(cells.shape), np.repeat(lengths, lengths).reshape(cells.shape)
 
 
 def _crop(cells: Cells) -> Cells:

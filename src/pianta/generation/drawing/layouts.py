@@ -18,7 +18,7 @@ from pianta.generation.drawing.strips import TreeLayout
 # All chosen by hand, on generated schools.
 TREES = 36  # layouts at random
 IMPROVED = 2  # of them, the best ones, that are improved
-CHANGES = 180  # that each of these tries
+CHANGES = 240  # that each of these tries
 
 
 @dataclass(frozen=True, eq=False)

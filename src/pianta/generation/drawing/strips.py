@@ -84,9 +84,9 @@ class TreeLayout:
     """Draws a spanning tree of a graph.
 
     graph: connected; nodes are integers. areas: of each room, in cells. corridors: nodes. choices: of the tree, and of
-    what is random at each room. aspects: of corridors, the longer side over the shorter one, if known. tree: the
-    spanning tree. joined: the rooms with doors outside it. neighbors, near_parent: by `find_adjacent_blocks`. blocks:
-    that were drawn, by the arguments of `_draw_block`.
+    what is random at each room. aspects: of corridors, the longer side over the shorter one, if known. joints: the
+    rooms at each room in the spanning tree. joined: the rooms with doors outside it. neighbors, near_parent: by
+    `find_adjacent_blocks`. blocks: that were drawn, by the arguments of `_draw_block`.
     """
 
     graph: nx.Graph
@@ -94,17 +94,18 @@ class TreeLayout:
     corridors: frozenset[Any]
     choices: Choices
     aspects: Mapping[int, float] = field(default_factory=dict)
-    tree: nx.Graph = field(init=False)
+    joints: Mapping[int, Sequence[int]] = field(init=False)
     joined: set[int] = field(init=False)
     neighbors: nx.Graph = field(init=False)
     near_parent: set[int] = field(init=False)
     blocks: dict[BlockKey, Block] = field(init=False, default_factory=dict)
 
     def __post_init__(self) -> None:
-        self.tree = self.choices.find_tree(self.graph, self.corridors)
-        outside = [edge for edge in self.graph.edges if not self.tree.has_edge(*edge)]
+        tree = self.choices.find_tree(self.graph, self.corridors)
+        self.joints = {room: [*tree.adj[room]] for room in tree}
+        outside = [edge for edge in self.graph.edges if not tree.has_edge(*edge)]
         self.joined = {node for edge in outside for node in edge}
-        self.neighbors, self.near_parent = find_adjacent_blocks(self.tree, self.choices.root, outside)
+        self.neighbors, self.near_parent = find_adjacent_blocks(tree, self.choices.root, outside)
 
     def change(self, choices: Choices) -> TreeLayout:
         """The layout of other choices; blocks that they leave as they are are not drawn again."""
@@ -123,10 +124,14 @@ class TreeLayout:
         return self._draw_strip(self.choices.root, None, ends=2)
 
     def _list_children(self, room: int, parent: int | None) -> list[int]:
-        return [each for each in self.tree[room] if each != parent]
+        return [each for each in self.joints[room] if each != parent]
 
     def _is_leaf(self, room: int) -> bool:
-        return len(self.tree[room]) == 1
+        return len(self.joints[room]) == 1
+
+    def _is_apart(self, room: int, others: frozenset[int]) -> bool:
+        """Whether a room has no door to any of the others."""
+        return others.isdisjoint(self.graph.adj[room])
 
     def _is_suite(self, room: int, parent: int) -> bool:
         """Whether a room leads to few rooms, which lead to nothing else."""
@@ -180,11 +185,11 @@ class TreeLayout:
         corridors = corridors[: int(rng.integers(0, ends + 1)) if len(children) > MAX_BEHIND else ends]
         chosen = [End(each, left=False, right=False) for each in corridors]
         if room in self.corridors and len(children) - len(corridors) > MAX_BEHIND:
-            siblings = self.graph.subgraph(children)
+            siblings = frozenset(children)
             rooms = [
                 each
                 for each in children
-                if self._is_leaf(each) and siblings.degree[each] == 0 and self.areas[each] >= END_AREA
+                if self._is_leaf(each) and self._is_apart(each, siblings) and self.areas[each] >= END_AREA
             ]
             rng.shuffle(rooms)
             for each in rooms[: int(rng.integers(0, ends - len(corridors) + 1))]:
@@ -263,9 +268,8 @@ class TreeLayout:
 
     def _find_paths(self, rooms: Sequence[int], rng: np.random.Generator) -> list[list[int]]:
         """The rooms in an order in which many whose blocks have a door between them follow each other."""
-        between = nx.Graph(self.neighbors.subgraph(rooms))
-        between.add_nodes_from(rooms)
-        paths = []
+        between = self.neighbors.subgraph(rooms)
+        paths = [[room] for room in rooms if room not in between]
         for component in sorted(map(sorted, nx.connected_components(between))):
             path: list[int] = []
             left = set(component)
@@ -284,19 +288,21 @@ class TreeLayout:
         self, parent: int, children: Sequence[int], depth: int, rng: np.random.Generator
     ) -> dict[int, int]:
         """A small room for each suite in which a strip has space in front of its only room; none that needs an arm."""
-        siblings = self.graph.subgraph(children)
+        suites = [each for each in children if self._is_suite(each, parent)]
+        odd = [each for each in suites if len(self._list_children(each, parent)) % 2]
+        if not odd:
+            return {}
+        siblings = frozenset(children)
         smalls = [
             each
             for each in children
             if self._is_leaf(each)
             and each not in self.joined
-            and siblings.degree[each] == 0
+            and self._is_apart(each, siblings)
             and is_small(self.areas[each], depth)
         ]
-        suites = [each for each in children if self._is_suite(each, parent)]
         rng.shuffle(smalls)
-        rng.shuffle(suites)
-        odd = [each for each in suites if len(self._list_children(each, parent)) % 2]
+        rng.shuffle(odd)
         return dict(zip(odd, smalls, strict=False))
 
     def _make_row(
