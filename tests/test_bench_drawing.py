@@ -19,6 +19,7 @@ from pianta_bench.drawing.circle import (
     SAME_LABELLED,
     SCANS,
     SOME,
+    count_reached_rooms,
     have_same_graph,
     scan_and_read,
 )
@@ -121,6 +122,17 @@ class TestClosedCircle:
         plan = pianta.draw_plan(make_schools()[0], sized_model(), seed=1)
         figures = scan_and_read(plan.floor, EMPTY, SCHOOL, seed=1)
         assert (figures[ROOMS], figures[DOORS], figures[SAME]) == (1, 1, True)
+
+    @pytest.mark.parametrize(("width", "reached"), [(0.9, 3), (0.3, 2)])
+    def test_a_robot_reaches_the_rooms_behind_doors_that_are_as_wide_as_it(self, width, reached):
+        """A corridor with two rooms; the door of one is narrower than a robot of a radius of 0.2 m."""
+        rooms = (box(0, 0, 9, 2), box(0, 2.2, 4, 6), box(4.2, 2.2, 9, 6))
+        doors = (
+            Door((1, 2), LineString([(1, 2.1), (2, 2.1)]), 1.0),
+            Door((1, 3), LineString([(6, 2.1), (6 + width, 2.1)]), width),
+        )
+        floor = Floor(tuple(Room(number, room, "OFFICE") for number, room in enumerate(rooms, 1)), doors)
+        assert count_reached_rooms(floor) == reached
 
     def test_labels_can_make_graphs_differ(self):
         other = replace(FLOOR, rooms=(*FLOOR.rooms[:2], replace(FLOOR.rooms[2], labels={"R/C": "CORRIDOR"})))

@@ -17,7 +17,7 @@ from pianta.labels import SCHEMAS, LabelSchema
 from pianta.plot.figure import clean_legend, new_figure
 from pianta.plot.floor import list_shared_samples, plot_floor
 from pianta.plot.grid import add_image, plot_grid
-from pianta.plot.picture import Extent, show_extent
+from pianta.plot.picture import Extent, plot_scale_bar, show_extent
 from pianta.plot.styles import DARK_INK, Schemas
 
 if TYPE_CHECKING:
@@ -39,6 +39,7 @@ LEGEND_ROW = 0.21
 LEGEND_COLUMNS = 4
 FONT_SIZE = 9
 MARGIN = 2.0  # m around the rooms
+BAR_SPACE = 0.06  # below the rooms for the scale bar, over the longer side of all
 COLUMNS = 2  # so that numbers of rooms can be read on a page
 
 
@@ -73,6 +74,7 @@ def draw_continuations_picture(
     for ax in axes:
         ax.set_axis_off()
         show_extent(extent, ax)
+    plot_scale_bar(ax=axes[0])
     look: dict[str, Any] = {"loc": "lower center", "ncols": LEGEND_COLUMNS, "frameon": False, "fontsize": FONT_SIZE}
     clean_legend(figure.legend(handles=handles, labels=texts, **look))
     return figure
@@ -103,15 +105,16 @@ def _plot_plan(plan: Continuation, grid: GridMap | None, schemas: Schemas, sampl
         plot_grid(grid, ax=ax)
     plot_floor(plan.floor, ax=ax, furniture=False, schemas=schemas)
     missing = f", {count_noun(plan.unplaced, 'room')} without space" if plan.unplaced else ""
-    title = f"sample {plan.sample + 1} of {samples}: as {100 * plan.share:.0f} % of them{missing}"
+    title = f"sample {plan.sample + 1} of {samples}, which stands for {100 * plan.share:.0f} %{missing}"
     ax.set_title(title, fontsize=FONT_SIZE, color=DARK_INK)
 
 
 def _find_extent(floors: Sequence[Floor]) -> Extent:
-    """Left, bottom, right and top (m) of all rooms, with a margin."""
+    """Left, bottom, right and top (m) of all rooms, with a margin, and space for a scale bar below."""
     shapes = [_outline(room) for floor in floors for room in floor]
     left, bottom, right, top = shapely.total_bounds(np.array(shapes, dtype=object)).tolist()
-    return left - MARGIN, bottom - MARGIN, right + MARGIN, top + MARGIN
+    below = MARGIN + BAR_SPACE * max(right - left, top - bottom)
+    return left - MARGIN, bottom - below, right + MARGIN, top + MARGIN
 
 
 def _outline(room: Room) -> shapely.Polygon:

@@ -5,7 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from types import MappingProxyType
 
+import cv2
 import networkx as nx
+import numpy as np
+import shapely
 
 from pianta.evaluation.floor_scores import score_floor
 from pianta.evaluation.graph_sets import find_copies
@@ -25,6 +28,7 @@ IN_USE = "in use, noise"
 # By scan: furniture and noise of the map, as of `simulate_map`. IN_USE is furnished by labels, as `generate --worlds`.
 SCANS: Mapping[str, tuple[float, float]] = MappingProxyType({EMPTY: (0.0, 0.0), SOME: (0.3, 0.0), IN_USE: (1.0, 0.3)})
 ROOMS, DOORS = "rooms F1", "doors F1"
+REACHED = "rooms reached"
 SAME, SAME_LABELLED = "same graph", "same graph with R/C"
 R_C = "R/C"
 
@@ -32,21 +36,35 @@ R_C = "R/C"
 def scan_and_read(floor: Floor, scan: str, schema: LabelSchema, *, seed: int) -> Figures:
     """F1 of rooms and doors, and whether the graph is isomorphic to that of the floor, without and with labels R/C.
 
+    Also the share of furnished rooms that a robot reaches, if the scan is IN_USE.
     scan: of SCANS. seed: of furniture and noise.
     """
     furniture, noise = SCANS[scan]
+    reached = {}
     if scan == IN_USE:
         floor = furnish_for_robot(floor, furniture=furniture, radius=ROBOT_RADIUS, seed=seed)
-        furniture = 0.0
+        furniture, reached = 0.0, {REACHED: count_reached_rooms(floor) / len(floor)}
     grid = simulate_map(floor, furniture=furniture, noise=noise, seed=seed)
     again = label_rooms(reconstruct(grid))
     scores = score_floor(again, floor)
     return {
+        **reached,
         ROOMS: scores.rooms.f1,
         DOORS: scores.doors.f1,
         SAME: have_same_graph(again, floor),
         SAME_LABELLED: have_same_graph(again, map_labels_upwards(floor, schema), labels=True),
     }
+
+
+def count_reached_rooms(floor: Floor) -> int:
+    """The rooms that a robot gets into on the map of a furnished floor, from where it has most space."""
+    grid = simulate_map(floor, furniture=0.0, noise=0.0)
+    clearance = cv2.distanceTransform(grid.free.astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE) * grid.resolution
+    is_passable = (clearance >= ROBOT_RADIUS).astype(np.uint8)
+    _, parts, sizes, _ = cv2.connectedComponentsWithStats(is_passable, connectivity=8)
+    rows, cols = np.nonzero(parts == 1 + np.argmax(sizes[1:, cv2.CC_STAT_AREA]))
+    x, y = grid.pixel_to_map(rows + 0.5, cols + 0.5)
+    return sum(bool(shapely.contains_xy(room.polygon, x, y).any()) for room in floor)
 
 
 def have_same_graph(one: Floor, other: Floor, *, labels: bool = False) -> bool:
