@@ -148,7 +148,8 @@ def _choose_plan(programme: Programme, rng: np.random.Generator) -> _Candidate:
         scaled = programme.scaled(scale)
         # Spanning trees are drawn without overlaps: corridors as strips, their rooms on both sides
         layouts = find_layouts(scaled, rng)
-        # Doors outside the tree get arms around or between rooms, the best layouts first; rooms grow into narrow gaps
+        # Doors outside the tree get arms around or between rooms, the best layouts first; parts of the building move
+        # towards each other, and rooms grow into narrow gaps
         best = _choose_better(best, _finish_best(layouts, scaled, rng))
         if best is not None and not best.missing:
             break
@@ -159,7 +160,7 @@ def _choose_plan(programme: Programme, rng: np.random.Generator) -> _Candidate:
 
 
 def _finish_best(layouts: Sequence[Layout], programme: Programme, rng: np.random.Generator) -> _Candidate | None:
-    """The best candidate, by missing doors and then by loss, after arms were added to the best layouts.
+    """The best candidate, by missing doors and then by loss, after the best layouts got arms and were compacted.
 
     None if no layout fits on the site.
     """
