@@ -5,8 +5,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.ndimage import label
 
-from pianta.generation.drawing.blocks import NO_ROOM, paint_cells
+from pianta.generation.drawing.blocks import NO_ROOM, measure_contacts, paint_cells
 from pianta.generation.drawing.compaction import compact, find_seam, remove_seam
 from pianta.generation.drawing.layouts import find_layouts
 from pianta.generation.drawing.losses import count_inner_corners, find_missing_doors
@@ -85,6 +86,31 @@ def test_a_seam_has_a_column_in_each_row():
     assert seam is not None
     assert seam.shape == (7,)
     assert (cells != NO_ROOM).sum() - (remove_seam(cells, seam) != NO_ROOM).sum() == 1
+
+
+def make_random_cells(rng: np.random.Generator) -> np.ndarray:
+    """Rooms of up to three rectangles that may cover each other; of each room the largest part, in no order."""
+    cells = np.full(rng.integers(4, 26, 2), NO_ROOM, np.int32)
+    for room in np.repeat(np.arange(rng.integers(1, 8)), rng.integers(1, 4)):
+        row, col = rng.integers(cells.shape)
+        cells[row : row + rng.integers(1, 10), col : col + rng.integers(1, 16)] = room
+    rooms = np.full(cells.shape, NO_ROOM, np.int32)
+    for number, room in enumerate(np.unique(cells[cells != NO_ROOM])):
+        parts, _ = label(cells == room)
+        rooms[parts == 1 + np.argmax(np.bincount(parts.ravel())[1:])] = number
+    return np.pad(rooms, 1, constant_values=NO_ROOM)
+
+
+@pytest.mark.parametrize("seed", range(200))
+def test_rooms_of_any_shape_keep_doors_and_stay_in_one_part(seed):
+    rng = np.random.default_rng(seed)
+    cells = make_random_cells(rng)
+    counts = np.bincount(cells[cells != NO_ROOM])
+    doors = nx.Graph([rooms for rooms in measure_contacts(cells) if rng.random() < 0.7])
+    compacted = compact(cells, doors, dict(enumerate(counts * rng.uniform(0.2, 1.1, len(counts)))))
+    assert all(label(compacted == room)[1] == 1 for room in range(len(counts)))
+    assert {*find_missing_doors(compacted, doors)} <= {*find_missing_doors(cells, doors)}
+    assert count_inner_corners(compacted) <= count_inner_corners(cells)
 
 
 @settings(max_examples=10, deadline=None)

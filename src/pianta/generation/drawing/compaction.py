@@ -28,6 +28,7 @@ def compact(cells: Cells, graph: nx.Graph, areas: Mapping[int, float]) -> Cells:
     Seams are taken out (Avidan and Shamir 2007): of each row one cell, which is free or in a long part of a room with
     more cells than it needs, so that all beyond it moves by a cell. From row to row a seam goes along walls and through
     free space only, so that rooms keep their shapes. It leaves the walls that are as short as their doors.
+    A room that a seam crosses twice may become smaller than its area by the width of a crossing.
 
     cells: of all rooms. graph: of the doors. areas: of each room, in cells. The result has a margin of MARGIN_CELLS.
     """
