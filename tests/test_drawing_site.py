@@ -12,8 +12,10 @@ from shapely.affinity import rotate
 
 import pianta
 from pianta.errors import FloorError, ModelError, OptionError
-from pianta.generation.drawing.blocks import NO_ROOM
+from pianta.generation.drawing.blocks import CELL, NO_ROOM
+from pianta.generation.drawing.programme import make_site_programme
 from pianta.generation.drawing.site import (
+    FILLED,
     FRAME_CELLS,
     LEAST_SCALE,
     OUTSIDE,
@@ -22,11 +24,12 @@ from pianta.generation.drawing.site import (
     list_scales,
     make_site,
 )
-from pianta.generation.type_model import TypeModel
+from pianta.generation.type_model import TypeModel, learn_type, prepare_room_graph
 from pianta.io.graphs import read_graph
 from pianta.io.outlines import read_outline
+from pianta.labels import SCHEMAS
 from tests.command_line import run_pianta
-from tests.generated_types import join_wings, make_schools, sized_model, small_model
+from tests.generated_types import AREAS, OTHER_AREA, join_wings, make_schools, sized_model, small_model
 
 SCHOOL = join_wings(("CCCCCC", "CCCCT"), ((0, 1),), source="")  # 13 rooms, 668 m² in the sized model
 LEVEL = box(0, 0, 50, 30)
@@ -46,6 +49,25 @@ def model() -> TypeModel:
 def fill(*shape: int) -> np.ndarray:
     """A room 0 of a shape with free cells around it."""
     return np.pad(np.zeros(shape, np.int32), 3, constant_values=NO_ROOM)
+
+
+def test_areas_are_those_of_a_floor_that_fills_the_outline():
+    """Half of the schools have rooms of 60 % of their areas, half of 140 %."""
+    schools = make_schools()
+    for number, school in enumerate(schools):
+        for _, room in school.nodes(data=True):
+            room["area"] = AREAS.get(room["label"], OTHER_AREA) * (0.6, 1.4)[number % 2]
+    model = learn_type(schools, SCHEMAS["school"])
+    graph = prepare_room_graph(SCHOOL, model.schema)
+    totals = []
+    for factor in (0.6, 1.0, 1.4):
+        site = make_site(box(0, 0, 50, factor * 668 / FILLED / 50))
+        draws = [make_site_programme(graph, model, np.random.default_rng(seed), site) for seed in range(10)]
+        totals.append(np.mean([sum(draw.areas.values()) for draw in draws]) * CELL**2)
+    small, middle, large = totals
+    assert small < 0.9 * middle
+    assert middle == pytest.approx(668, rel=0.1)
+    assert large > 1.1 * middle
 
 
 class TestSite:

@@ -28,7 +28,7 @@ from pianta.generation.drawing.losses import (
     measure_corners,
     measure_form,
 )
-from pianta.generation.drawing.programme import Programme, make_programme
+from pianta.generation.drawing.programme import Programme, make_programme, make_site_programme
 from pianta.generation.drawing.short_arms import find_short_arm
 from pianta.generation.drawing.site import OUTSIDE, list_scales, make_site
 from pianta.generation.drawing.walls import build_plan
@@ -88,8 +88,8 @@ def draw_plan(graph: nx.Graph, model: TypeModel, *, seed: int = 0, outline: Poly
     seed
         The same seed gives the same floor.
     outline
-        In which the building is drawn, metres, such as the walls of one that is to be planned anew. Rooms become
-        smaller, within limits, to fit.
+        In which the building is drawn, metres, such as the walls of one that is to be planned anew. Rooms have the
+        areas of a floor of the type that fills it best, and become smaller, within limits, to fit.
 
     Returns
     -------
@@ -124,7 +124,10 @@ def draw_plan(graph: nx.Graph, model: TypeModel, *, seed: int = 0, outline: Poly
     prepared = prepare_room_graph(graph, model.schema)
     rng = np.random.default_rng(seed)
     # Each room gets the area of a room of the type, most of them those of one floor
-    programme = make_programme(prepared, model, rng, None if outline is None else make_site(outline))
+    if outline is None:
+        programme = make_programme(prepared, model, rng)
+    else:
+        programme = make_site_programme(prepared, model, rng, make_site(outline))
     plan = _choose_plan(programme, rng)
     doors = [edge for edge in prepared.edges if edge not in plan.missing]
     # Cells become rooms between walls, with a door for each edge

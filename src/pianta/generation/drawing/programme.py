@@ -15,13 +15,14 @@ from pianta.generation.drawing.blocks import CELL
 from pianta.generation.drawing.choices import Edge
 from pianta.generation.drawing.gaps import GROWTH
 from pianta.generation.drawing.room_sizes import sample_areas, sample_corridor_aspects
-from pianta.generation.drawing.site import Site
+from pianta.generation.drawing.site import FILLED, Site
 from pianta.generation.room_shapes import OPENING
 from pianta.generation.type_model import TypeModel
 from pianta.graphs.metrics import find_corridors
 
 DOOR_WIDTHS = (0.7, 2.0)  # narrowest and widest door, m
 USUAL_DOOR = 0.9  # m, of types whose doors are not known
+AREA_CHOICES = 12  # of areas, of which those are taken that fill a site best; chosen by hand
 PRIOR_DOORS = 2.0  # between corridors with two labels, of which as many are openings as of all; chosen by hand
 LEAST_WINDOW = 2.0  # m of outer wall, with which a room has windows
 
@@ -68,6 +69,15 @@ def make_programme(graph: nx.Graph, model: TypeModel, rng: np.random.Generator, 
         site,
         sample_corridor_aspects(graph, model, areas, rng),
     )
+
+
+def make_site_programme(graph: nx.Graph, model: TypeModel, rng: np.random.Generator, site: Site) -> Programme:
+    """Of programmes with areas of several floors, the one that fills a site best.
+
+    Raises ModelError as `make_programme`.
+    """
+    programmes = [make_programme(graph, model, rng, site) for _ in range(AREA_CHOICES)]
+    return min(programmes, key=lambda programme: abs(sum(programme.areas.values()) - FILLED * site.area))
 
 
 def list_door_widths(model: TypeModel) -> list[float]:
