@@ -81,6 +81,14 @@ def test_rooms_do_not_fall_into_parts():
     assert show(compacted) == "111.111\n1111111\n111.111\n0000000"
 
 
+def test_parts_of_a_room_do_not_meet_where_that_gives_it_another_corner():
+    cells = make_cells("""
+        000000
+        00...0
+        00.000""")
+    assert show(compact(cells, nx.Graph(), {0: 13})) == "000000\n00...0\n00.000"
+
+
 def test_a_seam_has_a_column_in_each_row():
     cells = make_cells(STRIP)
     seam = find_seam(cells, DOORS, {**AREAS, 0: 10})

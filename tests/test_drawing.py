@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import RendererAgg
 from matplotlib.colors import to_hex, to_rgb
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, PathPatch, Rectangle
@@ -32,6 +33,7 @@ from pianta.plot.floor_parts import (
 from pianta.plot.grid import FREE_GREY, OCCUPIED_GREY, UNKNOWN_GREY, plot_grid
 from pianta.plot.picture import plot_scale_bar
 from pianta.plot.room_marks import plot_graph
+from pianta.plot.strokes import DoorStroke
 from pianta.plot.styles import DARK_INK, LIGHT_INK, ROOM_COLORS, style_rooms
 from pianta.worlds.floors import FLOOR_MAKERS, make_floor
 from pianta.worlds.scan import simulate_map
@@ -243,8 +245,11 @@ def test_strokes_of_doors_are_as_wide_as_the_scale_allows(metres, width, diamond
     plot_doors(replace(TWO_ROOMS, doors=(Door((1, None), LineString([(0, 1), (0, 2)]), 1),)), ax=ax)
     ax.set(xlim=(0, metres), ylim=(0, metres))
     figure.draw_without_rendering()
-    assert [line.get_linewidth() for line in ax.lines] == pytest.approx([width, width])
-    assert ax.lines[1].get_markersize() == pytest.approx(diamond)
+    strokes = [line for line in ax.lines if isinstance(line, DoorStroke)]
+    renderer = RendererAgg(100, 100, figure.dpi)  # type: ignore[no-untyped-call]
+    assert [line.fit_sizes(renderer) for line in strokes] == [pytest.approx((width, diamond))] * 2
+    # Legends copy lines after they were drawn
+    assert [(line.get_linewidth(), line.get_markersize()) for line in strokes] == [(3.0, 7.0)] * 2
 
 
 def test_an_entrance_is_drawn_in_the_picture_and_is_no_edge_of_the_graph():

@@ -129,8 +129,7 @@ def _extend_view(floor: Floor, ax: Axes) -> None:
 def plot_doors(floor: Floor, *, ax: Axes | None = None) -> Axes:
     """Draw the doors as strokes from jamb to jamb, openings dashed, entrances in another colour with a diamond.
 
-    Strokes are the wider, the larger the scale of the ax is, so that small doors are longer than wide. Possible doors
-    are thin dashed lines.
+    The larger the scale of the ax, the wider the strokes, within limits. Possible doors are thin dashed lines.
 
     Parameters
     ----------
@@ -164,19 +163,18 @@ def plot_doors(floor: Floor, *, ax: Axes | None = None) -> Axes:
 
 def draw_door(x: Sequence[float], y: Sequence[float], *, color: str = DOOR_COLOR, is_opening: bool = False) -> Line2D:
     """The line of a door, or its sample in a legend."""
-    from pianta.plot.strokes import LIMITS, DoorStroke
+    from pianta.plot.strokes import DIAMOND_LIMITS, LIMITS, DoorStroke
 
     style: Any = OPENING_DASHES if is_opening else "-"
-    look: dict[str, Any] = {"linewidth": LIMITS[1], "linestyle": style, "solid_capstyle": "butt"}
+    size = {"linewidth": LIMITS[1], "markersize": DIAMOND_LIMITS[1]}
+    look: dict[str, Any] = {**size, "linestyle": style, "solid_capstyle": "butt"}
     return DoorStroke(x, y, color=color, zorder=DOOR_LEVEL, **look)
 
 
 def draw_entrance(x: Sequence[float], y: Sequence[float]) -> Line2D:
     """The diamond at an entrance, for readers who cannot distinguish the colours of doors, or its legend sample."""
-    from pianta.plot.strokes import DIAMOND_LIMITS
-
     line = draw_door(x, y, color=ENTRANCE_COLOR)
-    line.set(marker="D", markersize=DIAMOND_LIMITS[1], markeredgecolor="white")
+    line.set(marker="D", markeredgecolor="white")
     return line
 
 

@@ -15,15 +15,27 @@ DIAMOND_LIMITS = (3.5, 7.0)
 
 
 class DoorStroke(Line2D):
-    """The line of a door on an ax in metres, whose scale is known when it is drawn; in a legend it has full width."""
+    """The line of a door on an ax in metres, whose scale is known when it is drawn.
+
+    Its line width and marker size are the largest ones, which it has in a legend.
+    """
 
     def draw(self, renderer: RendererBase) -> None:
         """Draw the line as wide as the scale of its ax requires."""
-        width, diamond = LIMITS[1], DIAMOND_LIMITS[1]
-        if self.axes is not None and self.get_transform().contains_branch(self.axes.transData):
-            pixels = abs(float(self.axes.transData.get_matrix()[0, 0]))
-            points = pixels / float(np.asarray(renderer.points_to_pixels(1.0)))
-            width = float(np.clip(WIDTH * points, *LIMITS))
-            diamond = float(np.clip(DIAMOND_WIDTH * points, *DIAMOND_LIMITS))
+        largest = self.get_linewidth(), self.get_markersize()
+        width, diamond = self.fit_sizes(renderer)
         self.set(linewidth=width, markersize=diamond)
         super().draw(renderer)
+        self.set(linewidth=largest[0], markersize=largest[1])
+
+    def fit_sizes(self, renderer: RendererBase) -> tuple[float, float]:
+        """Line width and marker size on its ax, points."""
+        width, diamond = self.get_linewidth(), self.get_markersize()
+        if self.axes is None or not self.get_transform().contains_branch(self.axes.transData):
+            return width, diamond
+        pixels = abs(float(self.axes.transData.get_matrix()[0, 0]))
+        points = pixels / float(np.asarray(renderer.points_to_pixels(1.0)))
+        return (
+            min(width, max(WIDTH * points, LIMITS[0])),
+            min(diamond, max(DIAMOND_WIDTH * points, DIAMOND_LIMITS[0])),
+        )

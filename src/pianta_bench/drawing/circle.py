@@ -61,6 +61,8 @@ def count_reached_rooms(floor: Floor) -> int:
     grid = simulate_map(floor, furniture=0.0, noise=0.0)
     clearance = cv2.distanceTransform(grid.free.astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE) * grid.resolution
     is_passable = (clearance >= ROBOT_RADIUS).astype(np.uint8)
+    if not is_passable.any():
+        return 0
     _, parts, sizes, _ = cv2.connectedComponentsWithStats(is_passable, connectivity=8)
     rows, cols = np.nonzero(parts == 1 + np.argmax(sizes[1:, cv2.CC_STAT_AREA]))
     x, y = grid.pixel_to_map(rows + 0.5, cols + 0.5)

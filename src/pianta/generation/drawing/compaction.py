@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pianta.generation.drawing.blocks import DOOR_CELLS, MARGIN_CELLS, NO_ROOM, Cells, find_contacts
+from pianta.generation.drawing.losses import count_inner_corners
 
 Mask = NDArray[np.bool_]
 Columns = NDArray[np.int64]
@@ -27,15 +28,21 @@ def compact(cells: Cells, graph: nx.Graph, areas: Mapping[int, float]) -> Cells:
 
     Seams are taken out (Avidan and Shamir 2007): of each row one cell, which is free or in a long part of a room with
     more cells than it needs, so that all beyond it moves by a cell. From row to row a seam goes along walls and through
-    free space only, so that rooms keep their shapes. It leaves the walls that are as short as their doors.
-    A room that a seam crosses twice may become smaller than its area by the width of a crossing.
+    free space only, so that rooms keep their shapes, unless two parts of one meet. It leaves the walls that are as
+    short as their doors. A room that a seam crosses several times may become smaller than its area by all crossings but
+    one. A part beside which only free cells are taken out may move away from another one.
 
     cells: of all rooms. graph: of the doors. areas: of each room, in cells. The result has a margin of MARGIN_CELLS.
     """
     for turn in TURNS:
         turned = _crop(np.rot90(cells, turn))
+        corners = count_inner_corners(turned)
         while (seam := find_seam(turned, graph, areas)) is not None:
-            turned = _crop(remove_seam(turned, seam))
+            narrower = _crop(remove_seam(turned, seam))
+            # Two parts of a room meet
+            if count_inner_corners(narrower) > corners:
+                break
+            turned = narrower
         cells = np.rot90(turned, -turn)
     return np.pad(cells, MARGIN_CELLS - 1, constant_values=NO_ROOM)
 
@@ -47,7 +54,10 @@ def remove_seam(cells: Cells, seam: Columns) -> Cells:
 
 
 def find_seam(cells: Cells, graph: nx.Graph, areas: Mapping[int, float]) -> Columns | None:
-    """The column, in each row, of the seam that takes most cells of rooms out; None if none takes any."""
+    """The column, in each row, of the seam that gains most; None if none gains anything.
+
+    Gains are cells of rooms, and a little for free cells between rooms; bends give up a little.
+    """
     removable, passable = _find_ways(cells, graph, areas)
     is_room = cells != NO_ROOM
     is_between = np.logical_or.accumulate(is_room, axis=1) & np.logical_or.accumulate(is_room[:, ::-1], axis=1)[:, ::-1]
