@@ -137,14 +137,22 @@ def find_contacts(cells: Cells) -> dict[tuple[int, int], Contact]:
 def _find_walls(lines: Cells, size: int) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
     """The straight walls between rows: their rooms as one number, their lengths, and their first cells.
 
-    size: above all numbers of rooms. A cell has the number that it has when the rows are one after the other.
+    size: above all numbers of rooms. Cells are numbered as by `find_runs`.
     """
     low, high = np.minimum(lines[:-1], lines[1:]), np.maximum(lines[:-1], lines[1:])
     pairs = np.where((low >= 0) & (low != high), low.astype(np.int64) * size + high, NO_ROOM)
-    is_first = np.ones(pairs.shape, bool)
-    is_first[:, 1:] = pairs[:, 1:] != pairs[:, :-1]
-    starts = np.flatnonzero(is_first)
-    lengths = np.diff(np.append(starts, pairs.size))
+    starts, lengths = find_runs(pairs)
     walls = pairs.ravel()[starts]
     is_wall = walls >= 0
     return walls[is_wall], lengths[is_wall], starts[is_wall]
+
+
+def find_runs(lines: NDArray[np.integer]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """The first cells and the lengths of the runs of equal values in rows, shape (H, W).
+
+    A cell has the number that it has when the rows are one after the other.
+    """
+    is_first = np.ones(lines.shape, bool)
+    is_first[:, 1:] = lines[:, 1:] != lines[:, :-1]
+    starts = np.flatnonzero(is_first)
+    return starts, np.diff(np.append(starts, lines.size))

@@ -10,7 +10,7 @@ import networkx as nx
 import numpy as np
 from numpy.typing import NDArray
 
-from pianta.generation.drawing.blocks import DOOR_CELLS, MARGIN_CELLS, NO_ROOM, Cells, find_contacts
+from pianta.generation.drawing.blocks import DOOR_CELLS, MARGIN_CELLS, NO_ROOM, Cells, find_contacts, find_runs
 from pianta.generation.drawing.losses import count_inner_corners
 
 Mask = NDArray[np.bool_]
@@ -18,6 +18,7 @@ Columns = NDArray[np.int64]
 Scores = NDArray[np.float64]
 
 TURNS = (0, 1, 0)  # quarter turns before seams are taken out; those along y make space for more along x
+# Chosen by hand.
 GAP = 0.1  # cells of rooms that a free cell between rooms of its row is worth
 SHIFT = 0.01  # cells of rooms that a seam gives up to be a cell straighter
 FAR = 1e6  # cells, more than any seam takes out
@@ -44,6 +45,7 @@ def compact(cells: Cells, graph: nx.Graph, areas: Mapping[int, float]) -> Cells:
                 break
             turned = narrower
         cells = np.rot90(turned, -turn)
+    # One free cell is around it already
     return np.pad(cells, MARGIN_CELLS - 1, constant_values=NO_ROOM)
 
 
@@ -82,7 +84,7 @@ def _find_ways(cells: Cells, graph: nx.Graph, areas: Mapping[int, float]) -> tup
     is_room = cells != NO_ROOM
     counts = np.bincount(cells[is_room])
     spare = counts - [areas.get(room, inf) for room in range(len(counts))]
-    (_, lengths), (tops, widths) = _find_runs(cells), (each.T for each in _find_runs(cells.T))
+    (_, lengths), (tops, widths) = _measure_runs(cells), (each.T for each in _measure_runs(cells.T))
     is_long = (lengths > widths) & (lengths > DOOR_CELLS)
     # A room keeps its shape if it goes on in the next column as it is in this one
     goes_on = np.zeros(cells.shape, bool)
@@ -99,7 +101,7 @@ def _find_ways(cells: Cells, graph: nx.Graph, areas: Mapping[int, float]) -> tup
     return removable, passable
 
 
-def _position_columns(passable: NDArray[np.bool_]) -> Scores:
+def _position_columns(passable: Mask) -> Scores:
     """Where columns are on a line, so that the distance of two is what a seam gives up to go from one to the other."""
     return np.append(0, np.cumsum(np.where(passable[1:] & passable[:-1], SHIFT, FAR)))
 
@@ -111,12 +113,9 @@ def _move_sideways(scores: Scores, positions: Scores) -> Scores:
     return np.maximum(from_left, from_right)
 
 
-def _find_runs(cells: Cells) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def _measure_runs(cells: Cells) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Of each cell, the first column and the length of the cells around it in its row that are in the same room."""
-    is_first = np.ones(cells.shape, bool)
-    is_first[:, 1:] = cells[:, 1:] != cells[:, :-1]
-    starts = np.flatnonzero(is_first)
-    lengths = np.diff(np.append(starts, cells.size))
+    starts, lengths = find_runs(cells)
     columns = starts % cells.shape[1]
     return np.repeat(columns, lengths).reshape(cells.shape), np.repeat(lengths, lengths).reshape(cells.shape)
 

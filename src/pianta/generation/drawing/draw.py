@@ -173,7 +173,8 @@ def _finish_best(layouts: Sequence[Layout], programme: Programme, rng: np.random
         if not most and number >= FINISHED:
             break
         candidate = _finish(layout, programme, rng, most_missing=most)
-        candidates += [] if candidate is None else [candidate]
+        if candidate is not None:
+            candidates.append(candidate)
     candidates.sort(key=_rank)
     if programme.site is None:
         candidates += [_compact(each, programme) for each in candidates[:COMPACTED]]

@@ -15,7 +15,7 @@ DEEPEST_STEP = 8  # cells, of a facade that becomes straight
 MIN_TOUCHED = 0.2  # of the side that grows, which meets another room
 MAX_GROWTH = 0.5  # of the area of a room
 PASSES = 2
-GROWTH = 1.08  # of the area of a building, as is usual: corridors, which grow most, are as much smaller before
+GROWTH = 1.08  # of a building by rows, arms and gaps; corridors, which grow most, are as much smaller before
 
 
 def close_gaps(cells: Cells, rooms: Iterable[int]) -> None:

@@ -139,6 +139,7 @@ class TreeLayout:
         return room not in self.corridors and 0 < len(children) <= MAX_INNER and all(map(self._is_leaf, children))
 
     def _draw_block(self, room: int, parent: int, depth: int, front: int | None = None) -> Block:
+        """A room with all that is reached through it, drawn once. depth, front: as of BlockKey."""
         key = room, parent, depth, front
         if key not in self.blocks:
             self.blocks[key] = self._draw_new_block(*key)
