@@ -9,9 +9,15 @@ from shapely import box
 
 import pianta
 from pianta import Door, Floor, GridMap, Mapper, Room
-from pianta.errors import MapError, MapWarning
+from pianta.errors import MapError, MapWarning, OptionError
 from pianta.mapping.beliefs import choose_announced, choose_type, measure_trust, update_belief
-from pianta.mapping.changed_parts import have_same_frame, list_windows, put_on_grid
+from pianta.mapping.changed_parts import (
+    choose_windows,
+    have_same_frame,
+    list_windows,
+    measure_wall_agreement,
+    put_on_grid,
+)
 from pianta.mapping.events import Event, EventKind, list_events
 from pianta.mapping.partial_shapes import let_wait
 
@@ -114,6 +120,58 @@ class TestWindows:
         large = GridMap(np.full((3, 4), -1, np.int8), 1.0)
         assert put_on_grid(small, large).tolist() == [[-1, -1, -1, -1], [-1, 0, 100, -1], [-1, -1, -1, -1]]
         assert put_on_grid(large, small).tolist() == [[-1, -1]]
+
+
+class TestPartsOfChanges:
+    """Cells of 1 m, so that windows see 4 cells around them, and walls move by one cell at most."""
+
+    @pytest.mark.parametrize(
+        ("max_area", "chosen"),
+        [
+            (8 * 8 + 8 * 14, [(1, 1, 4, 4), (1, 19, 4, 25)]),
+            (8 * 8 + 8 * 14 - 1, [(1, 19, 4, 25)]),
+            (1, [(1, 19, 4, 25)]),
+        ],
+    )
+    def test_most_changes_come_first_and_one_part_is_read_at_least(self, max_area, chosen):
+        """With what is around them, the windows see 8 × 8 and 8 × 14 cells."""
+        grid = GridMap(np.zeros((16, 32), np.int8), 1.0)
+        changed = np.zeros(grid.shape, bool)
+        changed[2, 2] = changed[2, 20:24] = True
+        windows = list_windows(grid, changed, Floor((), ()))
+        assert choose_windows(grid, changed, Floor((), ()), windows, max_area) == chosen
+
+    def test_unknown_cells_cost_nothing(self):
+        cells = np.full((16, 32), -1, np.int8)
+        cells[2, 20:24] = 0
+        changed = cells == 0
+        changed[2, 2] = True
+        grid = GridMap(cells, 1.0)
+        windows = list_windows(grid, changed, Floor((), ()))
+        assert choose_windows(grid, changed, Floor((), ()), windows, 4) == windows
+
+    def test_squares_of_a_large_change_are_read_one_by_one(self):
+        grid = GridMap(np.zeros((8, 80), np.int8), 1.0)
+        changed = np.ones(grid.shape, bool)
+        changed[:, 40] = False
+        windows = list_windows(grid, changed, Floor((), ()))
+        assert windows == [(0, 0, 8, 80)]
+        # The first square sees 1 m and 4 m beyond its 8 m; the second one makes it longer by 8 m
+        assert choose_windows(grid, changed, Floor((), ()), windows, 8 * (8 + 8 + 5)) == [(0, 0, 8, 17)]
+
+    @pytest.mark.parametrize(("motion", "share"), [(0, 1.0), (1, 1.0), (2, 0.0)])
+    def test_walls_that_move_by_a_metre_are_those_of_before(self, motion, share):
+        before = np.zeros((16, 16), np.int8)
+        before[5] = 100
+        assert measure_wall_agreement(np.roll(before, motion, axis=0), before, 1.0) == pytest.approx(share)
+
+    def test_walls_that_are_not_on_the_map_do_not_count(self):
+        before = np.zeros((16, 16), np.int8)
+        before[5] = 100
+        cells = before.copy()
+        cells[:, :8] = -1
+        assert measure_wall_agreement(cells, before, 1.0) == pytest.approx(1.0)
+        assert measure_wall_agreement(np.full_like(before, -1), before, 1.0) == 0.0
 
 
 class TestEvents:
@@ -238,6 +296,71 @@ class TestShapesThatWait:
         assert longer.predicted.equals(box(0, 0, 8, 4))
         assert let_wait(room, before, Floor((room, other))).predicted is None
         assert let_wait(room, None, Floor((room,))) == room
+
+
+class TestLimitedUpdates:
+    """An update reads a limited area; the rest waits."""
+
+    def test_what_waits_is_read_by_the_next_updates_with_the_same_map(self, grid):
+        mapper = Mapper(labels=False, predict_partial=False, max_read_area=100.0)
+        mapper.update(reveal(grid, 0.3))
+        updates = [mapper.update(grid)]
+        while updates[-1].waiting_share:
+            updates.append(mapper.update(grid))
+        waiting = [update.waiting_share for update in updates]
+        assert len(updates) > 2
+        assert all(after < before for before, after in pairwise(waiting))
+        assert all(0 < update.read_share < 0.6 for update in updates)
+        scores = pianta.score_floor(mapper.floor, pianta.reconstruct(grid))
+        assert (scores.rooms.f1, scores.doors.f1) == (1.0, 1.0)
+        assert mapper.update(grid).read_share == 0.0
+
+    def test_a_loop_closure_is_read_in_parts_and_ids_stay(self, grid):
+        mapper = Mapper(labels=False, predict_partial=False, max_read_area=100.0)
+        before = {room.id for room in mapper.update(grid).floor}
+        # The whole map moves up by half a metre, in the same frame
+        moved = replace(grid, cells=np.roll(grid.cells, -round(0.5 / grid.resolution), axis=0))
+        update = mapper.update(moved)
+        assert 0 < update.read_share < 0.5
+        while update.waiting_share:
+            update = mapper.update(moved)
+        assert {room.id for room in update.floor} == before
+        assert pianta.score_floor(update.floor, pianta.reconstruct(moved)).rooms.f1 == 1.0
+
+    def test_the_end_of_a_run_reads_all_that_waits(self, grid, tmp_path):
+        mapper = Mapper(labels=False, max_read_area=100.0)
+        with pytest.raises(MapError, match="there was no map yet; call update first"):
+            mapper.finish()
+        mapper.update(reveal(grid, 0.3))
+        assert mapper.update(grid).waiting_share > 0
+        mapper.save(tmp_path)
+        loaded = Mapper.load(tmp_path, labels=False, max_read_area=100.0)
+        assert loaded.finish().waiting_share == 0
+        # The source of a map that was saved is its file
+        assert mapper.finish().floor == replace(loaded.floor, source=grid.source)
+        assert (len(loaded.floor), loaded.max_read_area) == (19, 100.0)
+        loaded.save(tmp_path)
+        assert not (tmp_path / "as_read.npz").exists()
+
+    def test_without_a_limit_nothing_waits(self, grid):
+        mapper = Mapper(labels=False, predict_partial=False, max_read_area=None)
+        mapper.update(reveal(grid, 0.3))
+        update = mapper.update(grid)
+        assert (update.read_share, update.waiting_share) == (1.0, 0.0)
+
+    @pytest.mark.parametrize("area", [0.0, -1.0, float("nan")])
+    def test_a_limit_is_above_0(self, area):
+        with pytest.raises(OptionError, match=r"max_read_area is .* m², give an area above 0, or None for no limit"):
+            Mapper(max_read_area=area)
+
+    def test_a_saved_map_of_another_size_is_one_line(self, grid, tmp_path):
+        mapper = Mapper(labels=False, predict_partial=False, max_read_area=100.0)
+        mapper.update(reveal(grid, 0.3))
+        mapper.update(grid)
+        mapper.save(tmp_path)
+        GridMap(np.zeros((5, 6), np.int8), 0.05).save(tmp_path / "as_read.npz")
+        with pytest.raises(MapError, match=r"map\.npz and as_read\.npz have \d+ × \d+ and 5 × 6 cells"):
+            Mapper.load(tmp_path)
 
 
 class TestPatches:

@@ -148,6 +148,8 @@ def explore_world(
     if not quiet:
         _print_exploration(run, policy, find)
         if mapper is not None:
+            if mapper.floor.rooms:
+                mapper.finish()
             print_result(f"the robots read {describe_floor(mapper.floor)}")
         if names:
             print_result(f"in {out}: {', '.join(names)}")

@@ -63,9 +63,10 @@ def choose_scans(run: Exploration, count: int) -> list[int]:
 def read_steps(run: Exploration, count: int, mapper: Mapper | None = None) -> Iterator[Step]:
     """What a mapper makes of the map of a run at this number of scans; a floor may have no rooms yet.
 
-    mapper: one without a map; None for one that does not know the type of the building.
+    mapper: one without a map; None for one that does not know the type of the building and
+    reads all of each map.
     """
-    mapper = mapper or Mapper()
+    mapper = mapper or Mapper(max_read_area=None)
     for scan in choose_scans(run, count):
         grid = run.map_at(scan)
         # Of a map that is not finished, nothing that it lacks is worth a warning or an error

@@ -39,7 +39,9 @@ class IdMatches(NamedTuple):
     iou: Floats
 
 
-def keep_room_ids(floor: Floor, previous: Floor, *, earlier: Sequence[Floor] = ()) -> Floor:
+def keep_room_ids(
+    floor: Floor, previous: Floor, *, earlier: Sequence[Floor] = (), is_same_frame: bool = False
+) -> Floor:
     """The floor with the ids of the previous one for rooms that are still there, and new ids for the others.
 
     A room that has grown keeps its id. If a room was split, the largest part keeps its id; if rooms were merged, the
@@ -54,12 +56,12 @@ def keep_room_ids(floor: Floor, previous: Floor, *, earlier: Sequence[Floor] = (
 
     All floors are in metres of the map frame. If few rooms are where they were, because SLAM has anchored the frame
     anew, an image without map.yaml has grown, or the robot stood in another direction, the motion between the frames is
-    estimated first. A shift by exactly one room in a row of equal rooms cannot be detected, nor can a rotation of a
-    building that is the same after it.
+    estimated first, unless is_same_frame says that there is none. A shift by exactly one room in a row of equal rooms
+    cannot be detected, nor can a rotation of a building that is the same after it.
     """
     # Sorted, so that equal overlaps are resolved in the same way for any order of the rooms.
     rooms = sorted(floor.rooms, key=lambda room: (room.polygon.bounds, room.id))
-    previous_rooms = _assign_rooms(rooms, [previous, *earlier])
+    previous_rooms = _assign_rooms(rooms, [previous, *earlier], is_same_frame=is_same_frame)
     last_id = max(each.last_id for each in (previous, *earlier))
     new_ids = {room_id: old.id for room_id, old in previous_rooms.items()}
     for room in floor.rooms:
@@ -73,12 +75,13 @@ def keep_room_ids(floor: Floor, previous: Floor, *, earlier: Sequence[Floor] = (
     )
 
 
-def _assign_rooms(rooms: list[Room], floors: Sequence[Floor]) -> dict[int, Room]:
+def _assign_rooms(rooms: list[Room], floors: Sequence[Floor], *, is_same_frame: bool) -> dict[int, Room]:
     """The old room whose id each room keeps, by the id of the room. floors: the newest first."""
     polygons, pairs = _list_polygons(rooms), []
     for old_floor in floors:
         old_rooms = sorted(old_floor.rooms, key=lambda room: room.id)
-        _, matches = _find_motion(polygons, _list_polygons(old_rooms))
+        old_polygons = _list_polygons(old_rooms)
+        matches = match_rooms(polygons, old_polygons) if is_same_frame else _find_motion(polygons, old_polygons)[1]
         candidates = zip(matches.room.tolist(), matches.iou.tolist(), old_rooms, strict=True)
         pairs += [(iou < SAME_OUTLINE_IOU, rooms[room].id, old) for room, iou, old in candidates if room >= 0]
     assigned: dict[int, Room] = {}

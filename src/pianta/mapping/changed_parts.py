@@ -24,7 +24,11 @@ OVERLAP = 4.0  # m that a window sees around its core: what a room is depends on
 MAX_INSIDE = 15.0  # m: changed rooms up to this length are inside the core; longer ones are put together from parts
 MAX_WIDE = 40.0  # m: also those up to this length that are no corridors, as halls are
 LEAST_WIDTH = 0.4  # of their length
+PART = 8.0  # m: sides of the squares of changed cells of which an update reads as many as it may
 SAME_CELL = 0.01  # cells by which two frames may differ
+COARSE_CELL = 0.2  # m: cells in which groups of changes, and walls that have moved, are looked for
+BLOCK = 16.0  # m: walls in squares with this side move together
+MAX_MOTION = 1.0  # m that a loop closure moves walls
 EMPTY_FLOOR = Floor((), ())
 
 Box = tuple[int, int, int, int]  # top, left, bottom, right, cells
@@ -59,14 +63,42 @@ def classify_cells(grid: GridMap) -> NDArray[np.int8]:
 
 def list_windows(grid: GridMap, changed: Mask, floor: Floor) -> list[Box]:
     """The cores of windows around changed cells, shape (H, W): disjoint, with changed rooms that are not too long."""
-    margin, gap = (ceil(length / grid.resolution) for length in (CORE_MARGIN, MIN_GAP))
-    count, groups = cv2.connectedComponents(cv2.dilate(changed.astype(np.uint8), np.ones((gap, gap), np.uint8)))
+    margin, size = (ceil(length / grid.resolution) for length in (CORE_MARGIN, COARSE_CELL))
+    gap = ceil(MIN_GAP / (size * grid.resolution))
+    count, groups = cv2.connectedComponents(cv2.dilate(_shrink(changed, size), np.ones((gap, gap))).astype(np.uint8))
+    rows, cols = np.nonzero(changed)
+    group_of_cell = groups[rows // size, cols // size]
     boxes = []
     for group in range(1, count):
-        rows, cols = np.nonzero((groups == group) & changed)
-        box = (rows.min() - margin, cols.min() - margin, rows.max() + 1 + margin, cols.max() + 1 + margin)
+        own = group_of_cell == group
+        (top, bottom), (left, right) = ((each[own].min(), each[own].max() + 1) for each in (rows, cols))
+        box = (int(top) - margin, int(left) - margin, int(bottom) + margin, int(right) + margin)
         boxes.append(_extend_to_rooms(box, grid, floor))
     return _join_boxes(boxes, grid.shape)
+
+
+def choose_windows(grid: GridMap, changed: Mask, floor: Floor, windows: Sequence[Box], max_area: float) -> list[Box]:
+    """The windows, or parts of them that see at most an area together, where most has changed; one part at least.
+
+    changed: cells, shape (H, W). windows: those of `list_windows`. max_area: m² of cells that are not unknown.
+    """
+    counts = _SeenCells(grid)
+    if counts.measure(windows) <= max_area:
+        return list(windows)
+    margin = ceil(CORE_MARGIN / grid.resolution)
+    squares = _list_squares(grid, changed)
+    top, left, bottom, right, _ = max(squares, key=lambda square: square[4])
+    # Parts beside each other see the same cells around them
+    squares.sort(
+        key=lambda square: abs(square[0] + square[2] - top - bottom) + abs(square[1] + square[3] - left - right)
+    )
+    chosen: list[Box] = []
+    for top, left, bottom, right, _ in squares:
+        box = (top - margin, left - margin, bottom + margin, right + margin)
+        longer = _join_boxes([*chosen, _extend_to_rooms(box, grid, floor)], grid.shape)
+        if not chosen or counts.measure(longer) <= max_area:
+            chosen = longer
+    return chosen
 
 
 def read_windows(grid: GridMap, windows: Sequence[Box], previous: Floor, read: Callable[[GridMap], Floor]) -> Floor:
@@ -85,9 +117,77 @@ def read_windows(grid: GridMap, windows: Sequence[Box], previous: Floor, read: C
             floors.append(EMPTY_FLOOR)
     cores = shapely.union_all([tile.core for tile in tiles])
     # What was read before is a tile too, that ends at the cores of the windows
-    tiles.append(Tile(grid, bounds.difference(cores), bounds, cores.boundary.difference(bounds.boundary)))
+    around = bounds.difference(cores)
+    tiles.append(Tile(grid, around, around, cores.boundary.difference(bounds.boundary)))
     floors.append(previous)
     return join_tiles(grid, tiles, floors)
+
+
+def measure_wall_agreement(cells: NDArray[np.int8], before: NDArray[np.int8], resolution: float) -> float:
+    """The share of the walls before that are on the map still, if all within a square move together by up to a metre.
+
+    cells, before: free, occupied or unknown, in one frame, shape (H, W). 0 without walls.
+    """
+    size = max(round(COARSE_CELL / resolution), 1)
+    walls = _shrink(cells == OCCUPIED, size)
+    # Walls that the map does not show any more, or not yet, say nothing
+    walls_before = _shrink((before == OCCUPIED) & (cells != UNKNOWN), size)
+    reach, side = (round(length / (size * resolution)) for length in (MAX_MOTION, BLOCK))
+    around = np.pad(walls, reach)
+    shared = total = 0.0
+    for top in range(0, walls.shape[0], side):
+        for left in range(0, walls.shape[1], side):
+            block = walls_before[top : top + side, left : left + side]
+            count = float(block.sum())
+            if count:
+                rows, cols = block.shape
+                near = around[top : top + rows + 2 * reach, left : left + cols + 2 * reach]
+                shared += float(cv2.matchTemplate(near, block, cv2.TM_CCORR).max())
+                total += count
+    return shared / total if total else 0.0
+
+
+def _shrink(cells: Mask, size: int) -> NDArray[np.float32]:
+    """1 for squares of cells of which one is set, else 0."""
+    rows, cols = (-length % size for length in cells.shape)
+    padded = np.pad(cells, ((0, rows), (0, cols)))
+    parts = padded.reshape(padded.shape[0] // size, size, padded.shape[1] // size, size)
+    return np.asarray(parts.any(axis=(1, 3)), np.float32)
+
+
+class _SeenCells:
+    """Counts cells that windows see, with what is around them, by an integral image."""
+
+    def __init__(self, grid: GridMap) -> None:
+        self.shape, self.margin = grid.shape, ceil(OVERLAP / grid.resolution)
+        self.cell_area = grid.resolution**2
+        self.sums = cv2.integral((grid.free | grid.occupied).astype(np.uint8))
+
+    def measure(self, windows: Sequence[Box]) -> float:
+        """The area, m², of the cells that are not unknown; those that two windows see count twice."""
+        height, width = self.shape
+        count = 0
+        for top, left, bottom, right in windows:
+            rows = max(0, top - self.margin), min(height, bottom + self.margin)
+            cols = max(0, left - self.margin), min(width, right + self.margin)
+            corners = self.sums[np.ix_(rows, cols)]
+            count += int(corners[1, 1] - corners[0, 1] - corners[1, 0] + corners[0, 0])
+        return count * self.cell_area
+
+
+def _list_squares(grid: GridMap, changed: Mask) -> list[tuple[int, int, int, int, int]]:
+    """The changed cells of each square of a map: their bounding box, and how many they are."""
+    side = round(PART / grid.resolution)
+    squares = []
+    for top in range(0, grid.shape[0], side):
+        for left in range(0, grid.shape[1], side):
+            rows, cols = np.nonzero(changed[top : top + side, left : left + side])
+            if len(rows):
+                (first_row, last_row), (first_col, last_col) = (
+                    (int(each.min()), int(each.max())) for each in (rows, cols)
+                )
+                squares.append((top + first_row, left + first_col, top + last_row + 1, left + last_col + 1, len(rows)))
+    return squares
 
 
 def _cut_tile(grid: GridMap, window: Box, bounds: Polygon) -> Tile:

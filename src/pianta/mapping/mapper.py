@@ -16,7 +16,7 @@ from pianta._arguments import check_argument
 from pianta._types import Floats, Mask
 from pianta.building import Building, Storey
 from pianta.building_types.map_types import MapTypeModel
-from pianta.errors import FloorError, MapError, MapWarning
+from pianta.errors import FloorError, MapError, MapWarning, OptionError
 from pianta.floor import Floor, round_floor
 from pianta.gridmap import OCCUPIED, UNKNOWN, GridMap
 from pianta.labels import standard_building_type
@@ -25,9 +25,12 @@ from pianta.layout.room_ids import find_frame_motion, keep_room_ids
 from pianta.mapping.beliefs import choose_type, update_labels, update_type
 from pianta.mapping.changed_parts import (
     EMPTY_FLOOR,
+    Box,
+    choose_windows,
     classify_cells,
     have_same_frame,
     list_windows,
+    measure_wall_agreement,
     put_on_grid,
     read_windows,
 )
@@ -40,6 +43,8 @@ from pianta.rooms.model import RoomModel
 # All chosen by hand.
 MAX_READ_SHARE = 0.5  # of the seen cells in windows: from here on the whole map is read
 SAME_WALL_SHARE = 0.5  # of the wall cells are near one still, on a map of the same building in the same frame
+SAME_MOVED_SHARE = 0.65  # of the wall cells, as far as a loop closure may have moved them
+MAX_READ_AREA = 400.0  # m² that an update reads: at most a second on one core, in cells of 0.05 m
 
 
 @dataclass(frozen=True)
@@ -57,12 +62,16 @@ class MapUpdate:
         The belief over types, with "other" for a building of none of them.
     read_share
         The share of the seen cells that were read again, 0 … 1.
+    waiting_share
+        The share of the cells that have changed and were not read yet, 0 … 1. The next updates read them, also those
+        with the same map.
     """
 
     building: Building
     events: tuple[Event, ...]
     types: Mapping[str, float]
     read_share: float
+    waiting_share: float = 0.0
 
     @property
     def floor(self) -> Floor:
@@ -74,13 +83,15 @@ class MapUpdate:
 class _NewReading:
     """The floor of a map, with the ids of before. share: of the seen cells, that was read.
 
-    changed: x, y of the changed cells, shape (N, 2); None for all.
+    changed: x, y of the changed cells that were read, shape (N, 2); None for all. as_read: the map, with the cells that
+    wait to be read as they were before; None if none wait.
     """
 
     floor: Floor
     share: float = 1.0
     changed: Floats | None = None
     is_same_building: bool = True
+    as_read: GridMap | None = None
 
 
 class Mapper:
@@ -103,11 +114,17 @@ class Mapper:
     previous
         The floor of an earlier run, whose ids rooms keep; None without one. `load` continues a run with its
         beliefs.
+    max_read_area
+        The largest area, m² of seen cells, that an update reads, so that its time has a limit: what has changed
+        besides waits for the next updates. None for no limit. Without effect on the first map of a building and on a
+        map in another frame, which are read as a whole, and on a single room that is larger.
 
     Raises
     ------
     LabelError
         The type is not a name.
+    OptionError
+        The area is not above 0.
 
     References
     ----------
@@ -134,12 +151,16 @@ class Mapper:
         predict_partial: bool = True,
         labels: bool = True,
         previous: Floor | None = None,
+        max_read_area: float | None = MAX_READ_AREA,
     ) -> None:
         check_argument(room_model, (RoomModel, type(None)), "room_model", "a model of train_rooms or load_model")
         check_argument(previous, (Floor, type(None)), "previous", "a Floor of read_floor")
+        if max_read_area is not None and not max_read_area > 0:
+            raise OptionError(f"max_read_area is {max_read_area} m², give an area above 0, or None for no limit")
         self.building_type = None if building_type is None else standard_building_type(building_type)
         self.room_model, self.type_model = room_model, type_model
         self.predict_partial, self.labels, self.previous = predict_partial, labels, previous
+        self.max_read_area = max_read_area
         self.state: MapState | None = None
 
     def update(self, grid: GridMap, *, time: float | None = None) -> MapUpdate:
@@ -183,14 +204,24 @@ class Mapper:
         floor, types = reading.floor, {} if before is None else before.types
         waiting: tuple[int, ...] = ()
         if self.predict_partial:
-            floor, waiting = predict_shapes(floor, grid, before, reading.changed)
+            read_area = reading.share * np.count_nonzero(~grid.unknown) * grid.resolution**2
+            floor, waiting = predict_shapes(floor, reading.as_read or grid, before, reading.changed, read_area)
         # What kind of building it is (chapter 6), and what each room is for (chapters 4 and 5): beliefs over readings
         if self.labels and reading.share:
             floor, types = self._believe(floor, before)
         previous = EMPTY_FLOOR if before is None else before.floor
         events = list_events(floor, previous, is_new_building=not reading.is_same_building)
         old = [] if self.state is None else [self.state.floor, *self.state.earlier]
-        self.state = MapState(grid, floor, tuple(old[: len(EARLIER_FILES)]), types, time, self.building_type, waiting)
+        self.state = MapState(
+            grid,
+            floor,
+            tuple(old[: len(EARLIER_FILES)]),
+            types,
+            time,
+            self.building_type,
+            waiting,
+            reading.as_read,
+        )
         return _describe(self.state, events, reading.share)
 
     def update_patch(self, patch: GridMap, *, time: float | None = None) -> MapUpdate:
@@ -226,6 +257,36 @@ class Mapper:
         cells = grid.cells.copy()
         cells[row : row + rows, col : col + cols] = patch.cells
         return self.update(replace(grid, cells=cells), time=time)
+
+    def finish(self) -> MapUpdate:
+        """Read all that waits of the last map, without a limit of time, such as at the end of a run.
+
+        Returns
+        -------
+        MapUpdate
+            As of `update`.
+
+        Raises
+        ------
+        MapError
+            There was no map yet; or as of `update`.
+
+        Examples
+        --------
+        >>> import pianta
+        >>> mapper = pianta.Mapper(max_read_area=50.0)
+        >>> _, grid = pianta.make_world("corridor")
+        >>> _ = mapper.update(pianta.GridMap(grid.cells[:, :300], grid.resolution))
+        >>> mapper.update(grid).waiting_share > 0, mapper.finish().waiting_share
+        (True, 0.0)
+        """
+        if self.state is None:
+            raise MapError("there was no map yet; call update first")
+        limit, self.max_read_area = self.max_read_area, None
+        try:
+            return self.update(self.state.grid, time=self.state.time)
+        finally:
+            self.max_read_area = limit
 
     def save(self, folder: str | Path) -> None:
         """Write what the mapper knows; after a kill at any moment the folder has the last state that was saved.
@@ -264,6 +325,7 @@ class Mapper:
         type_model: MapTypeModel | None = None,
         predict_partial: bool = True,
         labels: bool = True,
+        max_read_area: float | None = MAX_READ_AREA,
     ) -> Mapper:
         """Go on from a folder of `save`.
 
@@ -271,7 +333,7 @@ class Mapper:
         ----------
         folder
             That of `save`.
-        room_model, type_model, predict_partial, labels
+        room_model, type_model, predict_partial, labels, max_read_area
             As of `Mapper`.
 
         Returns
@@ -291,6 +353,7 @@ class Mapper:
             type_model=type_model,
             predict_partial=predict_partial,
             labels=labels,
+            max_read_area=max_read_area,
         )
         mapper.state = state
         return mapper
@@ -308,17 +371,25 @@ class Mapper:
             return _NewReading(round_floor(keep_room_ids(floor, self.previous) if self.previous else floor))
         cells, before = classify_cells(grid), None
         if have_same_frame(grid, state.grid):
-            before = put_on_grid(state.grid, grid)
+            before = put_on_grid(state.as_read or state.grid, grid)
             is_changed = cells != before
             windows = list_windows(grid, is_changed, state.floor)
             if not windows:
                 return _NewReading(state.floor, 0.0, np.zeros((0, 2)))
-            share = _measure_share(cells, windows)
-            # A map that is unknown everywhere is read as a whole, which says what is wrong with it
-            if 0 < share <= MAX_READ_SHARE:
+            if self._has_parts(grid, cells, before, windows):
+                parts = choose_windows(grid, is_changed, state.floor, windows, self.max_read_area or np.inf)
+                is_read = _mark(parts, grid.shape)
+                # What waits is seen as it was before, so that all windows see the same
+                as_read = replace(grid, cells=np.where(is_read, cells, before))
                 bare = replace(state.floor, rooms=tuple(map(strip_predictions, state.floor)))
-                floor = keep_room_ids(read_windows(grid, windows, bare, read), state.floor, earlier=state.earlier)
-                return _NewReading(round_floor(floor), share, _list_points(grid, is_changed))
+                floor = read_windows(as_read, parts, bare, read)
+                floor = keep_room_ids(floor, state.floor, earlier=state.earlier, is_same_frame=True)
+                return _NewReading(
+                    round_floor(floor),
+                    _measure_share(cells, parts),
+                    _list_points(grid, is_changed & is_read),
+                    as_read=as_read if (is_changed & ~is_read).any() else None,
+                )
         floor = read(grid)
         if _is_same_building(floor, cells, before, state.floor):
             return _NewReading(round_floor(keep_room_ids(floor, state.floor, earlier=state.earlier)))
@@ -326,6 +397,19 @@ class Mapper:
         last_id = max(each.last_id for each in (state.floor, *state.earlier))
         floor = keep_room_ids(floor, replace(EMPTY_FLOOR, last_id=last_id))
         return _NewReading(round_floor(floor), is_same_building=False)
+
+    def _has_parts(
+        self, grid: GridMap, cells: NDArray[np.int8], before: NDArray[np.int8], windows: Sequence[Box]
+    ) -> bool:
+        """Whether changes are read in windows, instead of the whole map."""
+        share = _measure_share(cells, windows)
+        # A map that is unknown everywhere is read as a whole, which says what is wrong with it
+        if 0 < share <= MAX_READ_SHARE:
+            return True
+        area = np.count_nonzero(cells != UNKNOWN) * grid.resolution**2
+        if self.max_read_area is None or area <= self.max_read_area:
+            return False
+        return measure_wall_agreement(cells, before, grid.resolution) >= SAME_MOVED_SHARE
 
     def _believe(self, floor: Floor, before: MapState | None) -> tuple[Floor, Mapping[str, float]]:
         """The floor with beliefs, and the belief over types."""
@@ -339,7 +423,16 @@ class Mapper:
 
 
 def _describe(state: MapState, events: Sequence[Event], read_share: float) -> MapUpdate:
-    return MapUpdate(Building((Storey(state.floor, grid=state.grid),)), tuple(events), state.types, read_share)
+    building = Building((Storey(state.floor, grid=state.grid),))
+    return MapUpdate(building, tuple(events), state.types, read_share, state.measure_waiting_share())
+
+
+def _mark(windows: Sequence[Box], shape: tuple[int, int]) -> Mask:
+    """The cells of windows, shape (H, W)."""
+    inside = np.zeros(shape, bool)
+    for top, left, bottom, right in windows:
+        inside[top:bottom, left:right] = True
+    return inside
 
 
 def _list_points(grid: GridMap, cells: Mask) -> Floats:
@@ -348,7 +441,7 @@ def _list_points(grid: GridMap, cells: Mask) -> Floats:
     return np.column_stack(grid.pixel_to_map(rows + 0.5, cols + 0.5))
 
 
-def _measure_share(cells: NDArray[np.int8], windows: list[tuple[int, int, int, int]]) -> float:
+def _measure_share(cells: NDArray[np.int8], windows: Sequence[Box]) -> float:
     """The share of the seen cells that lie in windows."""
     is_seen = cells != UNKNOWN
     inside = sum(np.count_nonzero(is_seen[top:bottom, left:right]) for top, left, bottom, right in windows)

@@ -19,18 +19,20 @@ from pianta.mapping.state import MapState
 
 # All chosen by hand.
 SHAPE_MARGIN = 0.3  # m around a predicted shape, in which nothing has changed if it stays
-# Shapes that an update predicts, and one that reads the whole map, which takes long itself; the first one has no limit.
+# Shapes that an update predicts, and one that reads a large area, which takes long itself; the first one has no limit.
 MAX_PREDICTED = 3
-MAX_AFTER_WHOLE = 1
+MAX_AFTER_LARGE = 1
+LARGE_AREA = 100.0  # m²
 MAX_OVERLAP = 0.01  # of a predicted shape with other rooms, up to which it stays while it waits
 
 
 def predict_shapes(
-    floor: Floor, grid: GridMap, before: MapState | None, changed: Floats | None
+    floor: Floor, grid: GridMap, before: MapState | None, changed: Floats | None, read_area: float
 ) -> tuple[Floor, tuple[int, ...]]:
     """The floor with predicted shapes of partial rooms, and the ids of those whose shape waits for another update.
 
     Where nothing has changed, the shapes before stay. changed: x, y of the changed cells, shape (N, 2); None for all.
+    read_area: that the update has read, m².
     """
     old = {room.id: room for room in before.floor} if before and have_same_frame(grid, before.grid) else {}
     waiting = () if before is None else before.waiting
@@ -41,7 +43,7 @@ def predict_shapes(
     }
     pending = [room.id for room in floor if room.partial and room.id not in same]
     pending.sort(key=lambda room_id: waiting.index(room_id) if room_id in waiting else len(waiting))
-    most = MAX_AFTER_WHOLE if changed is None else MAX_PREDICTED
+    most = MAX_PREDICTED if read_area <= LARGE_AREA else MAX_AFTER_LARGE
     left = () if before is None else tuple(pending[most:])
     same |= {room_id: let_wait(floor[room_id], old.get(room_id), floor) for room_id in left}
     # What was predicted before counts as a room

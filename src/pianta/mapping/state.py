@@ -21,6 +21,7 @@ from pianta.io.maps import read_map
 
 FORMAT = FileFormat("pianta mapper", 1)
 STATE_FILE, MAP_FILE, FLOOR_FILE = "mapper.json", "map.npz", "floor.geojson"
+AS_READ_FILE = "as_read.npz"  # only if cells wait to be read
 EARLIER_FILES = ("earlier-1.geojson", "earlier-2.geojson", "earlier-3.geojson")  # the newest first
 MAX_FILE_BYTES = 1_000_000
 
@@ -33,7 +34,8 @@ class MapState:
 
     grid: the last map. floor: its floor, with beliefs. earlier: floors before it, the newest first. types: the belief
     over types. time: of the map, seconds, None if unknown. building_type: given by the user, None if unknown. waiting:
-    ids of partial rooms whose shape is to be predicted, that which waits longest first.
+    ids of partial rooms whose shape is to be predicted, that which waits longest first. as_read: the map, with the
+    cells that wait to be read as they were when they were read last; None if none wait.
     """
 
     grid: GridMap
@@ -43,6 +45,15 @@ class MapState:
     time: float | None = None
     building_type: str | None = None
     waiting: tuple[int, ...] = ()
+    as_read: GridMap | None = None
+
+    def measure_waiting_share(self) -> float:
+        """The share of the cells, seen now or before, that wait to be read, 0 … 1."""
+        if self.as_read is None:
+            return 0.0
+        is_seen = (self.grid.free | self.grid.occupied) | (self.as_read.free | self.as_read.occupied)
+        is_changed = (self.grid.free != self.as_read.free) | (self.grid.occupied != self.as_read.occupied)
+        return float(is_changed.sum() / max(is_seen.sum(), 1))
 
 
 class _File(BaseModel):
@@ -53,6 +64,7 @@ class _File(BaseModel):
     building_type: str | None
     earlier: Annotated[int, Field(ge=0, le=len(EARLIER_FILES))]
     waiting: list[int] = []
+    has_as_read: bool = False
 
 
 def save_state(state: MapState, folder: Path) -> None:
@@ -67,9 +79,12 @@ def save_state(state: MapState, folder: Path) -> None:
         "building_type": state.building_type,
         "earlier": len(state.earlier),
         "waiting": list(state.waiting),
+        "has_as_read": state.as_read is not None,
     }
-    with atomic_folder(folder, optional=EARLIER_FILES) as temporary:
+    with atomic_folder(folder, optional=(*EARLIER_FILES, AS_READ_FILE)) as temporary:
         state.grid.save(temporary / MAP_FILE)
+        if state.as_read is not None:
+            state.as_read.save(temporary / AS_READ_FILE)
         save_floor(state.floor, temporary / FLOOR_FILE)
         for floor, name in zip(state.earlier, EARLIER_FILES, strict=False):
             save_floor(floor, temporary / name)
@@ -83,14 +98,20 @@ def read_state(folder: Path) -> MapState:
     """
     finish_changes(folder)
     content = read_checked(folder / STATE_FILE, "state", MapError, _parse, max_bytes=MAX_FILE_BYTES)
+    grid = read_map(folder / MAP_FILE)
+    as_read = read_map(folder / AS_READ_FILE) if content.has_as_read else None
+    if as_read is not None and as_read.shape != grid.shape:
+        sizes = " and ".join("{} × {}".format(*each.shape) for each in (grid, as_read))
+        raise MapError(f"state {folder}: {MAP_FILE} and {AS_READ_FILE} have {sizes} cells; save the state again")
     return MapState(
-        read_map(folder / MAP_FILE),
+        grid,
         read_floor(folder / FLOOR_FILE),
         tuple(read_floor(folder / name) for name in EARLIER_FILES[: content.earlier]),
         content.types,
         content.time,
         content.building_type,
         tuple(content.waiting),
+        as_read,
     )
 
 

@@ -97,6 +97,8 @@ def _make_mapper(reader: Reader) -> Mapper | None:
         predict_partial=options.get("predict_partial", True),
         labels=labelling is not None,
         previous=reader.previous,
+        # This may be the last map
+        max_read_area=None,
     )
 
 

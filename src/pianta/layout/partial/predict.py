@@ -8,7 +8,8 @@ A model says how well each of these hypotheses fits, and a network which cells a
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass, field, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -170,20 +171,22 @@ def measure_half_wall(floor: Floor) -> float:
 class _Predictor:
     """What the predictions for all rooms of a floor have in common.
 
-    half_wall: metres. views: those found so far, by room id.
+    half_wall: metres. views: around the partial rooms, by their id.
     """
 
     index: FloorIndex
     cells: ObservedCells
     model: PartialModel
     half_wall: float
-    views: dict[int, View] = field(default_factory=dict)
+    views: Mapping[int, View]
 
     @classmethod
     def make(cls, floor: Floor, grid: GridMap, model: PartialModel | None) -> _Predictor:
         """What is found once for a floor. model: None for the one that comes with pianta."""
-        index, cells = FloorIndex.from_floor(floor), ObservedCells.from_grid(grid)
-        return cls(index, cells, model or read_partial_model(), measure_half_wall(floor))
+        index = FloorIndex.from_floor(floor)
+        views = {room.id: make_view(room, find_main_direction(index, room), grid) for room in floor if room.partial}
+        cells = ObservedCells.from_grid(grid, [*views.values()])
+        return cls(index, cells, model or read_partial_model(), measure_half_wall(floor), views)
 
     def predict(self, room: Room, predictions: _Predictions | None = None) -> tuple[Polygon, float]:
         """The probable shape of a room, to the middle of its walls, map frame; and its expected IoU.
@@ -191,7 +194,7 @@ class _Predictor:
         It is the observed part, if the probable cells are nearly the same.
         predictions: for other rooms; None to ignore them.
         """
-        view = self._find_view(room)
+        view = self.views[room.id]
         others = predictions.find_near(view.window) if predictions else []
         scene = build_scene(self.index, room, self.cells, view, predictions=others)
         # Hypotheses: the frontiers moved to walls in line, obstacles, and extents of other rooms (section 8.2)
@@ -205,12 +208,6 @@ class _Predictor:
         if np.array_equal(shape.cells, hypotheses[0].cells):
             return room.polygon, confidence
         return self._finish(shape, view, room, predictions), confidence
-
-    def _find_view(self, room: Room) -> View:
-        """The view around a room, which is found once."""
-        if room.id not in self.views:
-            self.views[room.id] = make_view(room, find_main_direction(self.index, room), self.cells.grid)
-        return self.views[room.id]
 
     def _finish(self, cells: Shape, view: View, room: Room, predictions: _Predictions | None) -> Polygon:
         """The outline of cells to the middle of its walls, without other rooms and their predictions."""

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
-from math import cos, sin
+from math import ceil, cos, sin
 from typing import TypeAlias
 
 import cv2
@@ -294,8 +294,9 @@ class ObservedCells:
     bits: NDArray[np.uint8]
 
     @classmethod
-    def from_grid(cls, grid: GridMap) -> ObservedCells:
-        """The cells of a grid map."""
+    def from_grid(cls, grid: GridMap, views: Sequence[View]) -> ObservedCells:
+        """The cells of the part of a grid map that views sample."""
+        grid = _cut_to_views(grid, views)
         reach = round(max(MIN_CELL, grid.resolution) / grid.resolution) // 2
         occupied = grow_mask(grid.occupied, reach)
         # The pieces of a wall that was observed through gaps are near each other, so groups are formed across gaps
@@ -315,6 +316,19 @@ class ObservedCells:
         """Occupied, wall and unknown cells in a view, shape (H, W) each; those beyond the map are unknown."""
         bits = view.sample(self.bits, self.grid, beyond=UNKNOWN)
         return (bits & OCCUPIED).astype(bool), (bits & WALL).astype(bool), (bits & UNKNOWN).astype(bool)
+
+
+def _cut_to_views(grid: GridMap, views: Sequence[View]) -> GridMap:
+    """The part of a grid map that has all views, and so much around them that walls at their edge are long."""
+    corners = shapely.get_coordinates([view.window for view in views])
+    rows, cols = (np.asarray(each) for each in grid.map_to_pixel(*corners.T))
+    margin = ceil((FURNITURE_SIZE + 2 * GREY_WIDTH) / grid.resolution)
+    (top, bottom), (left, right) = (
+        (int(np.clip(each.min() - margin, 0, size - 1)), int(np.clip(each.max() + margin, 1, size)))
+        for each, size in zip((rows, cols), grid.shape, strict=True)
+    )
+    x, y = grid.pixel_to_map(bottom, left)
+    return replace(grid, cells=grid.cells[top:bottom, left:right], origin=(float(x), float(y), grid.origin[2]))
 
 
 def build_scene(

@@ -187,7 +187,8 @@ def _match(tile_rooms: Sequence[_TileRoom], tiles: Sequence[Tile]) -> Iterator[s
         if one.tile != other.tile:
             both = tiles[one.tile].extent.intersection(tiles[other.tile].extent)
             parts = [polygon.intersection(both) for polygon in (polygons[first], polygons[second])]
-            shared, together = parts[0].intersection(parts[1]).area, parts[0].union(parts[1]).area
+            shared = polygons[first].intersection(polygons[second]).intersection(both).area
+            together = parts[0].area + parts[1].area - shared
             if shared >= PARAMETERS.min_agreement * together > 0:
                 same.add_edge(first, second)
     yield from nx.connected_components(same)
