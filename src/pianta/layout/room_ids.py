@@ -56,7 +56,7 @@ def keep_room_ids(
 
     All floors are in metres of the map frame. If few rooms are where they were, because SLAM has anchored the frame
     anew, an image without map.yaml has grown, or the robot stood in another direction, the motion between the frames is
-    estimated first, unless is_same_frame says that there is none. A shift by exactly one room in a row of equal rooms
+    estimated first, unless is_same_frame. A shift by exactly one room in a row of equal rooms
     cannot be detected, nor can a rotation of a building that is the same after it.
     """
     # Sorted, so that equal overlaps are resolved in the same way for any order of the rooms.
