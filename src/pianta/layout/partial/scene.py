@@ -319,7 +319,7 @@ class ObservedCells:
 
 
 def _cut_to_views(grid: GridMap, views: Sequence[View]) -> GridMap:
-    """The part of a grid map that has all views, and the cells around them by which walls at their edge are known as such."""
+    """The part of a grid map that has all views, with surroundings by which walls at their edge are known as such."""
     corners = shapely.get_coordinates([view.window for view in views])
     rows, cols = (np.asarray(each) for each in grid.map_to_pixel(*corners.T))
     margin = ceil((FURNITURE_SIZE + 2 * GREY_WIDTH) / grid.resolution)
