@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import cv2
 import numpy as np
@@ -40,6 +41,11 @@ from pianta.mapping.state import EARLIER_FILES, MapState, read_state, save_state
 from pianta.rooms.features import describe_rooms
 from pianta.rooms.model import RoomModel
 
+if TYPE_CHECKING:
+    from pianta.generation.type_model import TypeModel
+    from pianta.prediction.prediction import OpenEnd, Prediction
+    from pianta.prediction.unexplored_part import FloorSampler
+
 # All chosen by hand.
 MAX_READ_SHARE = 0.5  # of the seen cells in windows: from here on the whole map is read
 SAME_WALL_SHARE = 0.5  # of the wall cells are near one still, on a map of the same building in the same frame
@@ -62,6 +68,11 @@ class MapUpdate:
         The belief over types, with "other" for a building of none of them.
     read_share
         The share of the seen cells that were read again, 0 … 1.
+    ends
+        With a model of the building's type: unopened doors and open corridors, as `predict` describes them. Their
+        labels are beliefs too.
+    prediction
+        With such a model, the expected size of the floor, and the samples; None if nothing is open.
     waiting_share
         The share of the cells that have changed and were not read yet, 0 … 1. The next updates read them, also those
         with the same map.
@@ -72,6 +83,8 @@ class MapUpdate:
     types: Mapping[str, float]
     read_share: float
     waiting_share: float = 0.0
+    ends: tuple[OpenEnd, ...] = ()
+    prediction: Prediction | None = None
 
     @property
     def floor(self) -> Floor:
@@ -102,7 +115,10 @@ class Mapper:
     Parameters
     ----------
     building_type
-        The type of the building, such as "school"; None if unknown. Rooms get the labels of this type.
+        The type of the building, such as "school"; None if unknown, or if that of the model. Rooms get the labels of
+        this type.
+    model
+        Model of the building's type, of `train_type`, by which what lies behind open ends is predicted; None without.
     room_model
         Model of `train_rooms` or `load_model`; None for the one that comes with pianta.
     type_model
@@ -123,8 +139,10 @@ class Mapper:
     ------
     LabelError
         The type is not a name.
+    ModelError
+        The model is of another type, or by "ncut".
     OptionError
-        The area is not above 0.
+        An argument is of a wrong type, or the area is not above 0.
 
     References
     ----------
@@ -146,6 +164,7 @@ class Mapper:
         self,
         *,
         building_type: str | None = None,
+        model: TypeModel | None = None,
         room_model: RoomModel | None = None,
         type_model: MapTypeModel | None = None,
         predict_partial: bool = True,
@@ -158,6 +177,9 @@ class Mapper:
         if max_read_area is not None and not max_read_area > 0:
             raise OptionError(f"max_read_area is {max_read_area} m², give an area above 0, or None for no limit")
         self.building_type = None if building_type is None else standard_building_type(building_type)
+        self._sampler = None if model is None else _make_sampler(model, self.building_type)
+        if model is not None:
+            self.building_type = model.building_type
         self.room_model, self.type_model = room_model, type_model
         self.predict_partial, self.labels, self.previous = predict_partial, labels, previous
         self.max_read_area = max_read_area
@@ -209,6 +231,8 @@ class Mapper:
         # What kind of building it is (chapter 6), and what each room is for (chapters 4 and 5): beliefs over readings
         if self.labels and reading.share:
             floor, types = self._believe(floor, before)
+        # What lies behind its open ends (section 8.3)
+        ends, prediction = self._predict_ends(floor, before, has_changed=reading.share > 0)
         previous = EMPTY_FLOOR if before is None else before.floor
         events = list_events(floor, previous, is_new_building=not reading.is_same_building)
         old = [] if self.state is None else [self.state.floor, *self.state.earlier]
@@ -221,8 +245,9 @@ class Mapper:
             self.building_type,
             waiting,
             reading.as_read,
+            {end.name: end.labels for end in ends},
         )
-        return _describe(self.state, events, reading.share)
+        return replace(_describe(self.state, events, reading.share), ends=ends, prediction=prediction)
 
     def update_patch(self, patch: GridMap, *, time: float | None = None) -> MapUpdate:
         """Take a part of the map that has changed, as of map_msgs/OccupancyGridUpdate.
@@ -321,6 +346,7 @@ class Mapper:
         cls,
         folder: str | Path,
         *,
+        model: TypeModel | None = None,
         room_model: RoomModel | None = None,
         type_model: MapTypeModel | None = None,
         predict_partial: bool = True,
@@ -333,7 +359,7 @@ class Mapper:
         ----------
         folder
             That of `save`.
-        room_model, type_model, predict_partial, labels, max_read_area
+        model, room_model, type_model, predict_partial, labels, max_read_area
             As of `Mapper`.
 
         Returns
@@ -345,10 +371,13 @@ class Mapper:
         ------
         MapError, FloorError
             A file of the folder is missing or damaged.
+        ModelError
+            The model is of another type than the building.
         """
         state = read_state(Path(folder))
         mapper = cls(
             building_type=state.building_type,
+            model=model,
             room_model=room_model,
             type_model=type_model,
             predict_partial=predict_partial,
@@ -420,6 +449,29 @@ class Mapper:
         probabilities = {} if name is None else {name: types[name]}
         floor = replace(floor, building_type={self.building_type: 1.0} if self.building_type else probabilities)
         return update_labels(floor, before.floor if before else EMPTY_FLOOR, self.room_model, context), types
+
+    def _predict_ends(
+        self, floor: Floor, before: MapState | None, *, has_changed: bool
+    ) -> tuple[tuple[OpenEnd, ...], Prediction | None]:
+        """The open ends of the floor, with beliefs over what lies behind them, and what the whole floor may be."""
+        if self._sampler is None:
+            return (), None
+        # Imported late, because its imports are slow
+        from pianta.mapping.end_beliefs import predict_ends
+
+        beliefs = {} if before is None else before.ends
+        return predict_ends(floor, self._sampler, beliefs, is_new=has_changed)
+
+
+def _make_sampler(model: TypeModel, building_type: str | None) -> FloorSampler:
+    """The sampler of whole floors of a model of the building's type."""
+    # Imported late, because their imports are slow
+    from pianta.generation.type_model import TypeModel, check_model_type
+    from pianta.prediction.unexplored_part import FloorSampler
+
+    check_argument(model, TypeModel, "model", "a model of train_type or load_model")
+    check_model_type(building_type, model, "the building")
+    return FloorSampler(model)
 
 
 def _describe(state: MapState, events: Sequence[Event], read_share: float) -> MapUpdate:

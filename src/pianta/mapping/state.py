@@ -35,7 +35,8 @@ class MapState:
     grid: the last map. floor: its floor, with beliefs. earlier: floors before it, the newest first. types: the belief
     over types. time: of the map, seconds, None if unknown. building_type: given by the user, None if unknown. waiting:
     ids of partial rooms whose shape is to be predicted, that which waits longest first. as_read: the map, with the
-    cells that wait to be read as they were when they were read last; None if none wait.
+    cells that wait to be read as they were when they were read last; None if none wait. ends: the belief over labels at
+    each open end, by its name.
     """
 
     grid: GridMap
@@ -46,6 +47,7 @@ class MapState:
     building_type: str | None = None
     waiting: tuple[int, ...] = ()
     as_read: GridMap | None = None
+    ends: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
 
     def measure_waiting_share(self) -> float:
         """The share of the cells, seen now or before, that wait to be read, 0 … 1."""
@@ -65,6 +67,7 @@ class _File(BaseModel):
     earlier: Annotated[int, Field(ge=0, le=len(EARLIER_FILES))]
     waiting: list[int] = []
     has_as_read: bool = False
+    ends: dict[str, dict[str, Probability]] = {}
 
 
 def save_state(state: MapState, folder: Path) -> None:
@@ -80,6 +83,7 @@ def save_state(state: MapState, folder: Path) -> None:
         "earlier": len(state.earlier),
         "waiting": list(state.waiting),
         "has_as_read": state.as_read is not None,
+        "ends": {name: dict(belief) for name, belief in state.ends.items()},
     }
     with atomic_folder(folder, optional=(*EARLIER_FILES, AS_READ_FILE)) as temporary:
         state.grid.save(temporary / MAP_FILE)
@@ -112,6 +116,7 @@ def read_state(folder: Path) -> MapState:
         content.building_type,
         tuple(content.waiting),
         as_read,
+        content.ends,
     )
 
 

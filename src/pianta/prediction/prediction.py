@@ -96,6 +96,11 @@ class OpenEnd:
     area: SampleInterval | None
 
     @property
+    def name(self) -> str:
+        """The names of both rooms, which stay as long as rooms keep their ids."""
+        return f"{self.near}-{self.room}"
+
+    @property
     def is_door(self) -> bool:
         """Whether it is an unopened door; otherwise it is an open corridor."""
         return self.room != self.near

@@ -25,7 +25,7 @@ from pianta.exploration.world import World, build_world
 from pianta.floor import Floor, Room
 from pianta.generation.type_model import MIN_FLOORS, learn_type, prepare_room_graph
 from pianta.gridmap import GridMap
-from pianta.labels import SCHEMAS
+from pianta.labels import SCHEMAS, LabelConvention, LabelSet
 from pianta.mapping.events import Event, EventKind
 from pianta.mapping.mapper import Mapper, MapUpdate
 from pianta.prediction.unexplored_part import FloorSampler
@@ -49,6 +49,9 @@ COST, LARGEST, READING, RATIO = "update, s", "longest update, s", "reading, s", 
 CHANGED_IDS, TYPE_AT = "ids changed", "share when the type is right"
 METRES_MAP, METRES_PERFECT, LONGER = "metres to 90 %", "metres to 90 %, perfect", "metres over perfect"
 LABEL_BELIEF, TYPE_BELIEF = "belief in labels", "belief in types"
+# Of the room behind an unopened door; by the mean shares of labels on the floors of the model, the same at all doors
+END_BELIEF, END_BASELINE = "belief behind doors", "mean shares behind doors"
+SIZE = "expected rooms, error"
 
 Belief: TypeAlias = tuple[str, float, bool]  # metric, probability of the likeliest answer, whether that is right
 
@@ -119,7 +122,8 @@ def _measure_building(building: _Building) -> Results:
 def _explore_twice(building: _Building, beliefs: list[Belief]) -> Iterator[Figures]:
     truth = replace(building.annotated.floor, source=building.annotated.item)
     world = build_world(truth)
-    sampler = FloorSampler(learn_type(building.graphs, SCHEMAS[building.building_type]))
+    model = learn_type(building.graphs, SCHEMAS[building.building_type])
+    sampler = FloorSampler(model)
     room_model = train_rooms(building.others)
     type_model = read_default_map_type_model().leave_out(building.annotated.building)
     make_mapper = partial(Mapper, room_model=room_model, type_model=type_model)
@@ -133,7 +137,10 @@ def _explore_twice(building: _Building, beliefs: list[Belief]) -> Iterator[Figur
     if all(map(isfinite, metres)):
         yield dict(zip((METRES_MAP, METRES_PERFECT), metres, strict=True)) | {LONGER: metres[0] / metres[1]}
     # The robot that is asked does not
-    yield from _follow(make_mapper(), by_map, _Compared(by_map, world, truth), beliefs)
+    compared = _Compared(by_map, world, truth)
+    yield from _follow(make_mapper(), by_map, compared, beliefs)
+    # One that knows the type can say what lies behind doors
+    yield from _follow_ends(make_mapper(model=model), by_map, compared, beliefs)
 
 
 def _follow(mapper: Mapper, run: Exploration, compared: _Compared, beliefs: list[Belief]) -> Iterator[Figures]:
@@ -171,6 +178,20 @@ def _follow(mapper: Mapper, run: Exploration, compared: _Compared, beliefs: list
         CHANGED_IDS: changed / len(compared.truth),
         TYPE_AT: _find_type_share(history) if final.is_type_right else None,
     }
+
+
+def _follow_ends(mapper: Mapper, run: Exploration, compared: _Compared, beliefs: list[Belief]) -> Iterator[Figures]:
+    """How wrong the expected number of rooms is at the shares of STAGES; beliefs get those of what is behind doors."""
+    stages, true_rooms = [*STAGES], len(compared.truth)
+    for scan in choose_update_scans(run):
+        try:
+            update = mapper.update(run.map_at(scan))
+        except MapError:
+            continue  # the robot has hardly started
+        beliefs += compared.rate_ends(update)
+        while stages and run.share[scan] / run.share[-1] >= stages[0] - TOLERANCE:
+            expected = update.prediction.rooms.mean if update.prediction else len(update.floor)
+            yield {name_stage(SIZE, stages.pop(0)): abs(expected - true_rooms) / true_rooms}
 
 
 def _update(mapper: Mapper, grid: GridMap, seconds: list[float]) -> MapUpdate:
@@ -245,6 +266,24 @@ class _Compared:
             {true.id: room.id for room, true in matches},
             beliefs,
         )
+
+    def rate_ends(self, update: MapUpdate) -> Iterator[Belief]:
+        """The likeliest function of the room behind each unopened door, by belief and by mean shares."""
+        if update.prediction is None:
+            return
+        schema, rooms = update.prediction.schema, {str(room.id): room for room in update.floor}
+        for end in update.ends:
+            point = rooms[str(end.room)].polygon.representative_point()
+            true = next((room for room in self.truth if room.polygon.contains(point)), None)
+            if true is None or not end.is_door:
+                continue
+            for metric, labels in ((END_BELIEF, end.labels), (END_BASELINE, update.prediction.average)):
+                shares: dict[str, float] = {}
+                functions = schema.map_labels([*labels], LabelSet.F_C_E_S, convention=LabelConvention.EXPERIMENTS)
+                for function, probability in zip(functions, labels.values(), strict=True):
+                    shares[str(function)] = shares.get(str(function), 0.0) + probability
+                best = max(shares, key=shares.__getitem__)
+                yield metric, shares[best], best == self.labels[true.id]
 
     def _rate_labels(self, matches: Sequence[tuple[Room, Room]]) -> Iterator[Belief]:
         """The probability of the likeliest label of each room that is a true one, and whether it is right."""

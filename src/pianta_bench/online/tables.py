@@ -12,6 +12,8 @@ from pianta_bench.online.measure import (
     CHANGED_IDS,
     COST,
     DOORS,
+    END_BASELINE,
+    END_BELIEF,
     LABEL_BELIEF,
     LABELS,
     LARGEST,
@@ -24,6 +26,7 @@ from pianta_bench.online.measure import (
     READ_TYPE,
     READING,
     ROOMS,
+    SIZE,
     STAGES,
     TYPE,
     TYPE_AT,
@@ -41,6 +44,8 @@ WAY = Table(
     notes=(
         "By the share of the area that the robot has seen. Rooms: IoU above 0.5 with",
         "true ones of which half was seen. Labels F/C/E/S of these. Type: announced.",
+        "Expected rooms: of the whole floor, by a mapper that knows the type; the",
+        "error is the difference over the true number.",
     ),
 )
 SHARES = (ROOMS, READ_ROOMS, LABELS, READ_LABELS, TYPE, READ_TYPE, TYPE_AT, CHANGED_IDS)
@@ -64,7 +69,11 @@ CALIBRATION = Table(
     summarise=Cell.only,
     factor=100,
     unit="%",
-    notes=("Error: mean difference of probability and share that is right, over ten bins.",),
+    notes=(
+        "Error: mean difference of probability and share that is right, over ten bins.",
+        "Behind doors: function (F/C/E/S) of the room behind a door that is not open,",
+        "by the belief, and by the mean shares of labels on the floors of the model.",
+    ),
 )
 
 
@@ -78,7 +87,7 @@ def tabulate(results: Results) -> list[FilledTable]:
 
 
 def _list_stages(results: Results) -> Iterator[Record]:
-    for metric in (ROOMS, DOORS, LABELS, TYPE):
+    for metric in (ROOMS, DOORS, LABELS, TYPE, SIZE):
         for stage in STAGES:
             for record in results.select(metric=name_stage(metric, stage)):
                 yield {**record, "metric": metric, "stage": f"{stage:.0%}"}
@@ -98,7 +107,7 @@ def _list_end(results: Results) -> Iterator[Record]:
 
 def _calibrate(results: Results) -> Iterator[Record]:
     """The expected calibration error of the likeliest answers, with equal weight of each update and room."""
-    for metric in (LABEL_BELIEF, TYPE_BELIEF):
+    for metric in (LABEL_BELIEF, TYPE_BELIEF, END_BELIEF, END_BASELINE):
         records = results.select(metric=metric)
         if not records:
             continue
