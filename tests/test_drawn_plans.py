@@ -12,10 +12,11 @@ from hypothesis import strategies as st
 from shapely import box, unary_union
 
 import pianta
-from pianta.errors import GraphError, LabelError, ModelError, OptionError
+from pianta.errors import BuildingWarning, GraphError, LabelError, ModelError, OptionError
 from pianta.generation.drawing.arms import find_arm
 from pianta.generation.drawing.blocks import Block, Rectangle, measure_contacts, paint_cells
 from pianta.generation.drawing.choices import Choices, sample_choices
+from pianta.generation.drawing.draw import warn_of_missing_doors
 from pianta.generation.drawing.gaps import MAX_GROWTH
 from pianta.generation.drawing.layouts import find_layouts
 from pianta.generation.drawing.losses import (
@@ -34,6 +35,7 @@ from pianta.generation.drawing.room_sizes import measure_wall, sample_areas, sam
 from pianta.generation.drawing.short_arms import find_harmed, find_short_arm
 from pianta.generation.drawing.site import OUTSIDE
 from pianta.generation.drawing.strips import TreeLayout, find_adjacent_blocks
+from pianta.generation.drawing.walls import build_plan, find_closed_entrances
 from pianta.generation.room_shapes import OPENING
 from pianta.generation.type_model import TypeModel, learn_type
 from tests.generated_types import AREAS, OTHER_AREA, SCHOOL, WINGS, join_wings, make_schools, sized_model
@@ -488,6 +490,30 @@ class TestDrawPlan:
         outside = box(*unary_union([room.polygon for room in plan.floor]).bounds).buffer(1)
         rooms = unary_union([room.polygon for room in plan.floor])
         assert entrance.line.buffer(0.3).intersects(outside.difference(rooms.buffer(0.2)))
+        assert plan.closed_entrances == ()
+
+    def test_entrances_without_an_outer_wall_stay_closed(self):
+        """Nine rooms of 2 m in a square; only the one in the middle has no outer wall, and one is no ENTRANCE."""
+        cells = np.kron(np.arange(9, dtype=np.int32).reshape(3, 3), np.ones((4, 4), np.int32))
+        graph = nx.relabel_nodes(nx.grid_2d_graph(3, 3), lambda place: 3 * place[0] + place[1])
+        nx.set_node_attributes(graph, "ENTRANCE", "label")
+        graph.nodes[8]["label"] = "CLOSET"
+        programme = Programme(graph, frozenset(), dict.fromkeys(graph, 16.0), {}, (0.9,))
+        floor = build_plan(np.pad(cells, 1, constant_values=-1), programme, graph.edges, np.random.default_rng(0),
+                           building_type="school")  # fmt: skip
+        assert sorted(door.room_ids for door in floor.doors if door.is_entrance) == [
+            (n,) for n in (1, 2, 3, 4, 6, 7, 8)
+        ]
+        assert find_closed_entrances(floor) == (5,)
+
+    def test_doors_that_are_missing_are_one_warning(self):
+        plan = pianta.DrawnPlan(pianta.Floor(()), ((2, 3), (2, 7)), (5, 9))
+        with pytest.warns(BuildingWarning) as caught:
+            warn_of_missing_doors(plan, "building 4")
+        (warning,) = caught
+        assert str(warning.message) == (
+            "building 4: no wall for doors 2–3, 2–7; no outer wall for the door to the outside of ENTRANCE 5, 9"
+        )
 
     def test_what_cannot_be_drawn_is_refused(self, model):
         graph = make_schools()[0]

@@ -31,7 +31,7 @@ from pianta.generation.drawing.losses import (
 from pianta.generation.drawing.programme import Programme, make_programme, make_site_programme
 from pianta.generation.drawing.short_arms import find_short_arm
 from pianta.generation.drawing.site import OUTSIDE, list_scales, make_site
-from pianta.generation.drawing.walls import build_plan
+from pianta.generation.drawing.walls import build_plan, find_closed_entrances
 from pianta.generation.type_model import TypeModel, prepare_room_graph
 
 # All chosen by hand, on generated schools.
@@ -52,10 +52,13 @@ class DrawnPlan:
         Rooms with outlines, walls and doors, metres; room ids are those of the nodes plus one.
     given_up
         Pairs of room ids between which the graph has a door and the floor does not.
+    closed_entrances
+        Ids of rooms labelled ENTRANCE that have no door to the outside, as they have no outer wall for it.
     """
 
     floor: Floor
     given_up: tuple[tuple[int, int], ...]
+    closed_entrances: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -94,7 +97,7 @@ def draw_plan(graph: nx.Graph, model: TypeModel, *, seed: int = 0, outline: Poly
     Returns
     -------
     DrawnPlan
-        The floor, and the doors that could not be drawn.
+        The floor, and the doors that could not be drawn, also those to the outside.
 
     Raises
     ------
@@ -134,14 +137,21 @@ def draw_plan(graph: nx.Graph, model: TypeModel, *, seed: int = 0, outline: Poly
     floor = build_plan(plan.cells, programme, doors, rng, building_type=model.building_type)
     if programme.site is not None:
         floor = programme.site.move(floor)
-    return DrawnPlan(floor, tuple(sorted((one + 1, other + 1) for one, other in plan.missing)))
+    given_up = tuple(sorted((one + 1, other + 1) for one, other in plan.missing))
+    return DrawnPlan(floor, given_up, find_closed_entrances(floor))
 
 
 def warn_of_missing_doors(plan: DrawnPlan, name: str) -> None:
-    """Warn of the doors that a plan of a name lacks."""
+    """Warn of the doors that a plan of a name lacks, between rooms and to the outside."""
+    faults = []
     if plan.given_up:
         pairs = ", ".join(f"{one}–{other}" for one, other in plan.given_up)
-        warnings.warn(BuildingWarning(f"{name}: no wall for doors {pairs}"), stacklevel=3)
+        faults.append(f"no wall for doors {pairs}")
+    if plan.closed_entrances:
+        rooms = ", ".join(map(str, plan.closed_entrances))
+        faults.append(f"no outer wall for the door to the outside of ENTRANCE {rooms}")
+    if faults:
+        warnings.warn(BuildingWarning(f"{name}: {'; '.join(faults)}"), stacklevel=3)
 
 
 def _choose_plan(programme: Programme, rng: np.random.Generator) -> _Candidate:

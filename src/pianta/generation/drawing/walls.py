@@ -85,6 +85,12 @@ def _make_entrances(
     return entrances
 
 
+def find_closed_entrances(floor: Floor) -> tuple[int, ...]:
+    """The ids of rooms called ENTRANCE without a door to the outside."""
+    open_rooms = {room for door in floor.doors if door.is_entrance for room in door.room_ids}
+    return tuple(room.id for room in floor if room.label == ENTRANCE and room.id not in open_rooms)
+
+
 def position_door(wall: LineString, widest: float, rng: np.random.Generator) -> tuple[LineString, float]:
     """A door at a random position of a wall, from jamb to jamb, and its width, which is less if the wall is short."""
     free = wall.length - 2 * MARGIN
