@@ -17,6 +17,8 @@ from pianta.io.graphs import read_graph
 from tests.command_line import list_files, run_pianta
 from tests.generated_types import make_schools
 
+READ_AGAIN = "or read its map with labels of the type: `pianta read map.yaml --type school -o building`"
+
 
 def draw_floor(graph: nx.Graph, *, building_type: str | None = "school") -> Floor:
     """A floor with the rooms and doors of a graph, its rooms squares in a row with ids from 1 on."""
@@ -251,7 +253,11 @@ class TestGenerate:
         [
             (part_floor, (), "2 parts"),
             (lambda floor: replace(floor, doors=()), (), "door"),
-            (lambda floor: replace(floor, rooms=(replace(floor.rooms[0], label=None), *floor.rooms[1:])), (), "label"),
+            (
+                lambda floor: replace(floor, rooms=(replace(floor.rooms[0], label=None), *floor.rooms[1:])),
+                (),
+                f"rooms 1 have no label, label them; {READ_AGAIN}",
+            ),
             # The wings have six and four rooms, and one more area has two at least.
             (lambda floor: floor, ("--rooms", "10"), "at most 10 rooms in all are allowed"),
             (lambda floor: floor, ("--at-most", "CORRIDOR=1"), "each building has 3 or more"),
@@ -296,8 +302,9 @@ class TestGenerate:
         graph.nodes[3]["label"] = "DUNGEON"
         save_floor(draw_floor(graph), tmp_path / "castle.geojson")
         outcome = run_pianta("generate", model, "--keep", tmp_path / "castle.geojson", "-o", tmp_path / "made")
-        assert_one_error(outcome, "DUNGEON")
+        assert_one_error(outcome, "labels 'DUNGEON' are not in the schema of 'school'")
         assert "castle.geojson" in outcome.err
+        assert f"; {READ_AGAIN}" in outcome.err
 
     @pytest.mark.parametrize("option", ["--keep", "--like"])
     def test_refuses_a_floor_of_another_type(self, model, option, tmp_path):

@@ -157,8 +157,11 @@ def _assign_clusters(floor: Floor | nx.Graph | None, model: TypeModel) -> TypeFl
     check_model_type(building_type, model, name)
     try:
         type_floor = assign_area_clusters(graph, model)
-    except (GraphError, LabelError) as error:
-        raise type(error)(f"{name}: {error}") from error
+    except GraphError as error:
+        raise GraphError(f"{name}: {error}") from error
+    except LabelError as error:
+        command = f"pianta read map.yaml --type {model.building_type} -o building"
+        raise LabelError(f"{name}: {error}; or read its map with labels of the type: `{command}`") from error
     if alone := [node for node, doors in graph.degree if not doors]:
         warnings.warn(BuildingWarning(f"{name}: rooms {name_some(alone)} have no door and are left out"), stacklevel=4)
     return type_floor
