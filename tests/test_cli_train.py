@@ -77,7 +77,28 @@ def test_a_stray_room_costs_neither_its_building_nor_the_training(tmp_path):
     code, out, err = run_pianta("train", "places", tmp_path, "-o", tmp_path / "m.npz")
     assert code == 0
     assert "trained on 3 floors" in out
-    assert "b.xml' is read without some of its rooms: room 6 (STAIRS) has an outline without area" in err
+    lost, small = err.splitlines()
+    assert "b.xml' is read without some of its rooms: room 6 (STAIRS) has an outline without area" in lost
+    assert small == (
+        "warning: 2 of 3 buildings have small defects, 2 that stay (rooms that overlap, are tiny, or have no door); "
+        "--list-defects prints them"
+    )
+
+
+def test_defects_of_drawings_are_one_line_or_all(tmp_path):
+    """Three drawings, each with a store room without a door; all schools, so that there are no types to learn."""
+    for name in "abc":
+        write_comb(tmp_path / f"{name}.xml", "CLASSROOM", "CLOSET")
+    command = ("train", "buildings", tmp_path, "-o", tmp_path / "types.json")
+    counted, listed = (run_pianta(*command, *options) for options in ((), ("--list-defects",)))
+    *warnings_, error = counted.err.splitlines()
+    assert len(warnings_) == 1
+    assert warnings_[0].startswith("warning: 3 of 3 buildings have small defects, 3 that stay")
+    *warnings_, other_error = listed.err.splitlines()
+    assert error == other_error
+    assert [line.partition(".xml' ")[2] for line in warnings_] == [
+        "has defects that stay: no door leads to room 4 (SMALL SERVICE)"
+    ] * 3
 
 
 @pytest.mark.slow

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, nullcontext
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -18,6 +19,7 @@ from pianta.floor import Floor
 from pianta.io._faults import join_faults
 from pianta.io._files import count_noun, one_line_reason, short_repr
 from pianta.io._folders import check_output_file
+from pianta.io.buildings._findings import DefectWarning
 from pianta.labels import ALL_SCHEMAS, LabelSchema
 from pianta.reading._labelling import check_type_name
 
@@ -60,6 +62,9 @@ Type = Annotated[
     str | None, typer.Option("--type", help="Building type of files that do not name theirs.", metavar="NAME")
 ]
 Simulate = Annotated[int, typer.Option(min=0, max=20, help="Simulated robots' maps of each building to train on, too.")]
+ListDefects = Annotated[
+    bool, typer.Option("--list-defects", help="Print the defects of each drawing, not only how many have some.")
+]
 Seed = Annotated[int, typer.Option(min=0, help="Of the trees and of the simulation.")]
 ChainSeed = Annotated[int, typer.Option(min=0, help="Of the chains that determine the iterations.")]
 Areas = Annotated[
@@ -82,6 +87,7 @@ def train_places(
     building_type: Type = None,
     simulate: Simulate = 0,
     seed: Seed = 0,
+    list_defects: ListDefects = False,
     quiet: Quiet = False,
 ) -> None:
     """Train a model of room labels, for `pianta read --model`.
@@ -100,7 +106,7 @@ def train_places(
         check_model_path(out)
     _check_options(out, building_type)
     schemas = _read_schemas(labels or ())
-    floors, all_read = _read_floors(buildings, building_type, quiet=quiet)
+    floors, all_read = _read_floors(buildings, building_type, list_defects=list_defects, quiet=quiet)
     training.check_labels(floors, schemas)
     simulated = _simulate_readings(floors, maps=simulate, seed=seed, quiet=quiet)
     model = training.train_rooms(floors, simulated=simulated, schemas=schemas, seed=seed)
@@ -119,6 +125,7 @@ def train_buildings(
     out: Out,
     labels: Labels = None,
     building_type: Type = None,
+    list_defects: ListDefects = False,
     quiet: Quiet = False,
 ) -> None:
     """Train a model of building types, for `pianta read --building-model`.
@@ -134,7 +141,7 @@ def train_buildings(
 
     _check_options(out, building_type)
     schemas = _read_schemas(labels or ())
-    floors, all_read = _read_floors(buildings, building_type, quiet=quiet)
+    floors, all_read = _read_floors(buildings, building_type, list_defects=list_defects, quiet=quiet)
     model = building_types.train_building_types(floors, schemas=schemas)
     _make_folder(out)
     save_building_type_model(model, out)
@@ -153,6 +160,7 @@ def train_type(
     building_type: Type = None,
     areas: Areas = "corr",
     seed: ChainSeed = 0,
+    list_defects: ListDefects = False,
     quiet: Quiet = False,
 ) -> None:
     """Train a model of one type of buildings, for `pianta generate`.
@@ -171,7 +179,7 @@ def train_type(
     if areas not in SEGMENTATIONS:
         raise OptionError(f"areas is {areas!r}, give one of {', '.join(SEGMENTATIONS)}")
     schemas = _read_schemas(labels or ())
-    floors, all_read = _read_floors(buildings, building_type, quiet=quiet)
+    floors, all_read = _read_floors(buildings, building_type, list_defects=list_defects, quiet=quiet)
     schema = training.choose_schema(floors, schemas)
     usable, all_usable = _list_usable(floors, schema)
     track = partial(track_items, quiet=quiet)
@@ -234,26 +242,56 @@ def _make_folder(out: Path) -> None:
         raise OptionError(f"folder {short_repr(out.parent)} cannot be made: {one_line_reason(exception)}") from None
 
 
-def _read_floors(paths: Sequence[str], building_type: str | None, *, quiet: bool) -> tuple[list[Floor], bool]:
+def _read_floors(
+    paths: Sequence[str], building_type: str | None, *, list_defects: bool, quiet: bool
+) -> tuple[list[Floor], bool]:
     """The floors of files and folders with their types, and whether all could be read.
 
     Errors are printed, unless there is a single file. A predicted building type does not count: it may be wrong, and a
     model must not learn from predictions.
+    list_defects: whether each floor with small defects has a warning.
     """
     from pianta.io.buildings.read import list_buildings, read_buildings
 
     files, floors = list_buildings(paths), []
-    for _, result in read_buildings(files, track=partial(track_items, quiet=quiet)):
-        if isinstance(result, Floor):
-            type_name = result.given_type or building_type
-            floors.append(replace(result, building_type={type_name: 1.0} if type_name else {}))
-        elif len(files) == 1:
-            raise result
-        else:
-            print_error(result)
+    with nullcontext() if list_defects or len(files) == 1 else _counting_defects(len(files)):
+        for _, result in read_buildings(files, track=partial(track_items, quiet=quiet)):
+            if isinstance(result, Floor):
+                type_name = result.given_type or building_type
+                floors.append(replace(result, building_type={type_name: 1.0} if type_name else {}))
+            elif len(files) == 1:
+                raise result
+            else:
+                print_error(result)
     if not floors:
         raise ModelError(f"none of {len(files)} buildings could be read, so there is nothing to train on")
     return floors, len(floors) == len(files)
+
+
+@contextmanager
+def _counting_defects(total: int) -> Iterator[None]:
+    """A block of whose warnings of small defects, in some of a total of drawings, a single one is issued."""
+    caught: list[warnings.WarningMessage] = []
+    try:
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            yield
+    finally:
+        defects = [each.message for each in caught if isinstance(each.message, DefectWarning)]
+        for each in caught:
+            if not isinstance(each.message, DefectWarning):
+                warnings.warn_explicit(each.message, each.category, each.filename, each.lineno)
+        if defects:
+            warnings.warn(BuildingWarning(_describe_defects(defects, total)), stacklevel=3)
+
+
+def _describe_defects(defects: Sequence[DefectWarning], total: int) -> str:
+    """What was repaired in drawings, and what stays."""
+    repairs, remarks = sum(each.repairs for each in defects), sum(each.remarks for each in defects)
+    parts = [f"{repairs} repaired (outlines that meet themselves, doors without a position)"] if repairs else []
+    parts += [f"{remarks} that stay (rooms that overlap, are tiny, or have no door)"] if remarks else []
+    described = " and ".join(parts)
+    return f"{len(defects)} of {total} buildings have small defects, {described}; --list-defects prints them"
 
 
 def _list_usable(floors: Sequence[Floor], schema: LabelSchema) -> tuple[list[Floor], bool]:

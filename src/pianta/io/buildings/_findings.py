@@ -52,6 +52,18 @@ class DrawnRoom:
         return describe_room(self.number, self.label)
 
 
+class DefectWarning(BuildingWarning):
+    """The repairs and remarks of a file whose rooms were all read.
+
+    repairs, remarks: how many.
+    """
+
+    def __init__(self, message: str, repairs: int = 0, remarks: int = 0) -> None:
+        super().__init__(message)
+        self.repairs = repairs
+        self.remarks = remarks
+
+
 @dataclass
 class Findings:
     """Defects of a file: faults prevent a floor, lost rooms are left out, repairs have been made, remarks stay.
@@ -75,8 +87,11 @@ class Findings:
         parts = [f"is read without some of its rooms: {join_faults(self.lost_rooms)}"] if self.lost_rooms else []
         parts += [f"was repaired: {join_faults(list(self.repairs))}"] if self.repairs else []
         parts += [f"has defects that stay: {join_faults(self.remarks)}"] if self.remarks else []
-        if parts:
-            warnings.warn(f"building {short_repr(file)} {', and '.join(parts)}", BuildingWarning, stacklevel=3)
+        message = f"building {short_repr(file)} {', and '.join(parts)}"
+        if self.lost_rooms:
+            warnings.warn(BuildingWarning(message), stacklevel=3)
+        elif parts:
+            warnings.warn(DefectWarning(message, len(self.repairs), len(self.remarks)), stacklevel=3)
 
 
 AnyRoom = TypeVar("AnyRoom", bound=DrawnRoom)
