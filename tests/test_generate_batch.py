@@ -2,12 +2,15 @@
 
 import subprocess
 import sys
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from io import StringIO
 from pathlib import Path
 
 import networkx as nx
 import pytest
 from PIL import Image
+from rich.console import Console
 
 import pianta
 from pianta.batch import generate_batch as batch_module
@@ -18,7 +21,7 @@ from pianta.generation.type_model import TypeModel, learn_type
 from pianta.generation.type_model_file import save_type_model
 from pianta.io.graphs import read_graph
 from tests.command_line import list_files, run_pianta
-from tests.generated_types import SCHOOL, make_schools
+from tests.generated_types import SCHOOL, make_schools, sized_model
 
 
 @pytest.fixture(scope="module")
@@ -117,6 +120,29 @@ class TestGenerateBatch:
         fingerprints = find_fingerprints(pianta.generate(model, 9))
         assert batch_module.count_repeats(items) == 9 - len(set(fingerprints))
 
+    @pytest.mark.slow
+    def test_steps_of_a_part_are_tracked(self, tmp_path):
+        """Two small buildings, which are also drawn and furnished."""
+        messages = []
+
+        def track(names: Sequence[str]) -> Iterator[str]:
+            for name in names:
+                messages.append(name)
+                yield name
+
+        short = replace(sized_model(), sweeps=5, edge_moves=20, door_moves=5)
+        generate(short, 2, tmp_path / "out", rooms=(7, 8), worlds=True, furniture=0.0, track=track)
+        steps = ("functional areas", "functional graphs", "doors")
+        assert messages == [
+            *(f"buildings 1 to 2: {step}" for step in steps),
+            "plan 1",
+            "plan 2",
+            "picture of building-000001",
+            "picture of building-000002",
+            "world 1",
+            "world 2",
+        ]
+
     @pytest.mark.parametrize(
         ("count", "options", "fault"),
         [
@@ -151,6 +177,16 @@ def model_file(model, tmp_path_factory):
     return path
 
 
+def test_a_terminal_shows_the_parts_and_the_steps_of_one(model_file, tmp_path, monkeypatch):
+    terminal = StringIO()
+    monkeypatch.setattr("pianta.cli.terminal.stderr", Console(file=terminal, force_terminal=True, width=120))
+    outcome = run_pianta("generate", model_file, "-n", 2, "--shard", "1/1", "-o", tmp_path / "out")
+    assert outcome.code == 0
+    assert outcome.out.splitlines()[0].startswith(f"{tmp_path / 'out' / 'part-0001'}: 2 buildings, ")
+    for text in ("0/1", "buildings 1 to 2: functional areas", "buildings 1 to 2: doors"):
+        assert text in terminal.getvalue()
+
+
 @pytest.mark.slow
 class TestCommand:
     def test_more_than_a_thousand_are_in_parts(self, model_file, tmp_path):
@@ -169,7 +205,10 @@ class TestCommand:
         ]
         done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
         assert done.returncode == 0, done.stderr
-        counted, sizes, copies, where = done.stdout.splitlines()
+        *parts, counted, sizes, copies, where = done.stdout.splitlines()
+        first, second = sorted(parts)
+        assert first.startswith("out/part-0001: 1000 buildings, ")
+        assert second.startswith("out/part-0002: 2 buildings, ")
         assert counted == "2 of 2 parts generated"
         assert sizes.startswith("1002 buildings of type school, ")
         assert copies.startswith("copies of a floor of the model: ")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from itertools import chain
 from pathlib import Path
@@ -77,6 +77,7 @@ def generate_batch(
     time_limit: float | None = None,
     scheduler: str | None = None,
     progress: Progress | None = None,
+    track: Callable[[Sequence[str]], Iterable[str]] = iter,
 ) -> Iterator[BatchItem]:
     """Generate many buildings into a folder, with a journal of what is done.
 
@@ -108,6 +109,8 @@ def generate_batch(
         `make_world`.
     jobs, resume, only_failed, shard, time_limit, scheduler, progress
         As of `read_batch`, for parts instead of files.
+    track
+        Wraps the names of the steps of a part, to show progress within it; with one job.
 
     Returns
     -------
@@ -163,7 +166,9 @@ def generate_batch(
     if world_options is not None:
         drawing["worlds"] = asdict(world_options)
     digest = digest_options({**options, **graphs, "seed": seed, "model": content, **drawing})
-    work = _Work(sampler, seed, drawing["plans"], outline, world_options)
+    # Processes and other machines cannot show what they do
+    tracked = track if jobs == 1 and scheduler is None else iter
+    work = _Work(sampler, seed, drawing["plans"], outline, world_options, tracked)
     batch = Batch(target, "generate", digest, run, [SHEET], work.is_complete, "generate")
     return batch.do_all([*_list_parts(target, count)], work, progress)
 
@@ -182,10 +187,11 @@ def draw_plans(
     first: int = 0,
     seed: int = 0,
     jobs: int = 1,
+    track: Callable[[Sequence[str]], Iterable[str]] = iter,
 ) -> list[DrawnPlan | None]:
     """The floor of each building, whose number depends on its position and that of the first one.
 
-    outline: in which it is drawn.
+    outline: in which it is drawn. track: wraps the names of the steps, to show progress.
 
     None for a building that cannot be drawn, which is a warning, as are doors that were given up. Raises OptionError if
     none can be drawn, or for an unforeseen fault.
@@ -194,7 +200,9 @@ def draw_plans(
 
     plans: dict[int, DrawnPlan] = {}
     faults: dict[int, Fault] = {}
-    for outcome in run_items(_Drawing(model, seed, outline), [*enumerate(buildings, first)], jobs=jobs):
+    numbers = range(first, first + len(buildings))
+    outcomes = run_items(_Drawing(model, seed, outline), [*zip(numbers, buildings, strict=True)], jobs=jobs)
+    for _, outcome in zip(track([f"plan {number + 1}" for number in numbers]), outcomes, strict=True):
         number, _ = outcome.item
         if outcome.result is not None:
             plans[number] = outcome.result
@@ -205,12 +213,12 @@ def draw_plans(
     if unforeseen or (faults and not plans):
         number = min(unforeseen or faults)
         raise _make_drawing_error(number, faults[number])
-    for number in range(first, first + len(buildings)):
+    for number in numbers:
         if number in faults:
             warnings.warn(BuildingWarning(_describe_undrawn(number, faults[number])), stacklevel=2)
         else:
             warn_of_missing_doors(plans[number], f"building {number + 1}")
-    return [plans.get(number) for number in range(first, first + len(buildings))]
+    return [plans.get(number) for number in numbers]
 
 
 def _describe_undrawn(number: int, fault: Fault) -> str:
@@ -252,12 +260,13 @@ def save_buildings(
     first: int = 0,
     seed: int = 0,
     jobs: int = 1,
+    track: Callable[[Sequence[str]], Iterable[str]] = iter,
 ) -> None:
     """Write the graphs as NAME.json and NAME.graphml, and their contact sheet, all or none.
 
     plans: also NAME.geojson and NAME.png, and a contact sheet of them. The graph of a building without a plan has the
     attribute `drawn`, which is False. worlds: of the plans, also a folder NAME.
-    first: number of the first building, from 0; seed: of all.
+    first: number of the first building, from 0; seed: of all. track: wraps the names of the steps, to show progress.
     """
     from pianta.io.graphml import save_graphml
     from pianta.io.graphs import save_graph
@@ -276,10 +285,10 @@ def save_buildings(
             save_graphml(building, new / f"{name}.graphml")
         save_figure(draw_contact_sheet(buildings, schema=model.schema, fixed=kept_rooms), new / SHEET)
         if floors:
-            _save_plans(floors, model, new)
+            _save_plans(floors, model, new, track)
         if worlds is not None:
             numbered = [(number, name, floors[name]) for number, name in enumerate(names, first) if name in floors]
-            save_worlds(numbered, new, worlds, seed=seed, jobs=jobs)
+            save_worlds(numbered, new, worlds, seed=seed, jobs=jobs, track=track)
 
 
 def list_plan_files(names: Iterable[str]) -> list[str]:
@@ -287,13 +296,15 @@ def list_plan_files(names: Iterable[str]) -> list[str]:
     return [f"{name}{suffix}" for name in names for suffix in (".geojson", ".png")]
 
 
-def _save_plans(floors: Mapping[str, Floor], model: TypeModel, out: Path) -> None:
+def _save_plans(
+    floors: Mapping[str, Floor], model: TypeModel, out: Path, track: Callable[[Sequence[str]], Iterable[str]]
+) -> None:
     from pianta.io.floors import save_floor
     from pianta.plot.figure import save_figure
     from pianta.plot.floor import render_floor
     from pianta.plot.plan_sheet import draw_plan_sheet
 
-    for name, floor in floors.items():
+    for (name, floor), _ in zip(floors.items(), track([f"picture of {name}" for name in floors]), strict=True):
         drawn_floor = replace(floor, source=name)
         save_floor(drawn_floor, out / f"{name}.geojson")
         (out / f"{name}.png").write_bytes(render_floor(drawn_floor))
@@ -364,6 +375,7 @@ class _Work:
     plans: bool
     outline: Polygon | None
     worlds: WorldOptions | None
+    track: Callable[[Sequence[str]], Iterable[str]]
 
     def __call__(self, item: WorkItem[range]) -> WorkResult:
         """Sample the buildings of a part and write them."""
@@ -380,15 +392,13 @@ class _Work:
 
     def _generate(self, item: WorkItem[range]) -> dict[str, Any]:
         from pianta.evaluation.graph_sets import find_copies, find_fingerprints
-        from pianta.generation.buildings import split_batches
+        from pianta.generation.buildings import sample_numbers
 
-        batches = split_batches(item.value, self.sampler.max_rooms)
-        buildings = [building for batch in batches for building in self.sampler.sample(batch, seed=self.seed)]
-        model = self.sampler.model
-        first, names = item.value[0], _name_buildings(item.value)
-        plans = draw_plans(buildings, model, outline=self.outline, first=first, seed=self.seed) if self.plans else None
-        worlds = self.worlds
-        save_buildings(buildings, names, model, item.folder, plans=plans, worlds=worlds, first=first, seed=self.seed)
+        buildings = sample_numbers(self.sampler, item.value, seed=self.seed, track=self.track)
+        model, names = self.sampler.model, _name_buildings(item.value)
+        how: dict[str, Any] = {"first": item.value[0], "seed": self.seed, "track": self.track}
+        plans = draw_plans(buildings, model, outline=self.outline, **how) if self.plans else None
+        save_buildings(buildings, names, model, item.folder, plans=plans, worlds=self.worlds, **how)
         return {
             "rooms": [len(building) for building in buildings],
             "copies": find_copies(buildings, [floor.graph for floor in model.floors]),

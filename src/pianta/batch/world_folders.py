@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -72,17 +72,26 @@ def name_scan(name: str) -> str:
 
 
 def save_worlds(
-    floors: Sequence[tuple[int, str, Floor]], out: Path, options: WorldOptions, *, seed: int = 0, jobs: int = 1
+    floors: Sequence[tuple[int, str, Floor]],
+    out: Path,
+    options: WorldOptions,
+    *,
+    seed: int = 0,
+    jobs: int = 1,
+    track: Callable[[Sequence[str]], Iterable[str]] = iter,
 ) -> None:
     """Write the worlds of drawn floors into folders of their names.
 
-    floors: number, from 0, on which the world depends; name; and the floor.
+    floors: number, from 0, on which the world depends; name; and the floor. track: wraps the names of the steps.
 
     Raises PiantaError for a world that cannot be made.
     """
-    for outcome in run_items(_WorldWork(out, options, seed), floors, jobs=jobs):
-        if outcome.fault:
-            raise PiantaError(f"the world of {outcome.item[1]} cannot be made: {outcome.fault.message}")
+    names = [f"world {number + 1}" for number, _, _ in floors]
+    outcomes = run_items(_WorldWork(out, options, seed), floors, jobs=jobs)
+    faults = {outcome.item[1]: outcome.fault for _, outcome in zip(track(names), outcomes, strict=True)}
+    for name, fault in faults.items():
+        if fault:
+            raise PiantaError(f"the world of {name} cannot be made: {fault.message}")
 
 
 def list_world_files(names: Iterable[str], *, scan: bool = True) -> list[str]:

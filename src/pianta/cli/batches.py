@@ -21,8 +21,8 @@ from typing import Annotated, TypedDict
 import typer
 
 from pianta.batch.journal import has_journal
-from pianta.batch.run_batch import BatchItem, Progress
-from pianta.cli.terminal import counting_batch, print_error, print_result
+from pianta.batch.run_batch import BatchItem
+from pianta.cli.terminal import BatchBar, counting_batch, print_error, print_result
 from pianta.errors import OptionError, PiantaError
 from pianta.io._files import count_noun, short_repr
 from pianta.reading.read import MAX_JOBS, name_folders
@@ -109,7 +109,7 @@ class BatchWords:
 
 
 def run_batch(
-    start: Callable[[Progress], Iterator[BatchItem]],
+    start: Callable[[BatchBar], Iterator[BatchItem]],
     words: BatchWords,
     list_lines: Callable[[BatchItem], list[str]],
     *,
@@ -118,7 +118,7 @@ def run_batch(
 ) -> list[BatchItem]:
     """All items of a batch, which is followed on the terminal; print its counts.
 
-    start: starts the batch, given what counts its progress. list_lines: what is printed of an item that was done now.
+    start: starts the batch, given what shows its progress. list_lines: what is printed of an item that was done now.
     keep: what is kept of an item.
     """
     # Garbage of hours would fill the memory with the threshold that __main__ sets for short commands
@@ -126,15 +126,15 @@ def run_batch(
     items: list[BatchItem] = []
     with (
         ending_by_signal() as interrupts,
-        counting_batch(noun=f"{words.noun}s", quiet=quiet) as (progress, add_failure),
+        counting_batch(noun=f"{words.noun}s", quiet=quiet) as bar,
     ):
-        for item in start(progress):
+        for item in start(bar):
             items.append(keep(item))
             if interrupts:  # Python drops the exception of Ctrl+C in some of its own functions
                 raise KeyboardInterrupt
             if item.fault is not None:
                 print_error(PiantaError(item.fault))
-                add_failure()
+                bar.add_failure()
             elif item.is_new and not quiet:
                 for line in list_lines(item):
                     print_result(line)

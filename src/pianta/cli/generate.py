@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from functools import partial
 from itertools import chain
@@ -199,8 +199,9 @@ def generate(
     if not names:
         _generate_parts(type_model, count, out, options, flags=flags, drawing=drawing, quiet=quiet)
         return
-    buildings = generation.generate(type_model, count, jobs=jobs, track=partial(track_items, quiet=quiet), **options)
-    how = {"seed": seed, "jobs": jobs}
+    track = partial(track_items, quiet=quiet)
+    buildings = generation.generate(type_model, count, jobs=jobs, track=track, **options)
+    how: _How = {"seed": seed, "jobs": jobs, "track": track}
     drawn_plans = draw_plans(buildings, type_model, outline=drawing.outline, **how) if drawing.plans else None
     save_buildings(buildings, names, type_model, out, plans=drawn_plans, worlds=drawing.worlds, **how)
     if not quiet:
@@ -271,6 +272,14 @@ class _Options(TypedDict):
     seed: int
 
 
+class _How(TypedDict):
+    """How buildings are drawn and written."""
+
+    seed: int
+    jobs: int
+    track: Callable[[Sequence[str]], Iterator[str]]
+
+
 def _generate_parts(
     model: TypeModel,
     count: int,
@@ -283,11 +292,11 @@ def _generate_parts(
 ) -> None:
     """Generate many buildings in parts; print their sizes, and how many are copies."""
     parts = run_batch(
-        lambda progress: generate_batch(
-            model, count, out=out, progress=progress, **drawing.arguments, **flags.arguments, **options
+        lambda bar: generate_batch(
+            model, count, out=out, progress=bar.move, track=bar.track, **drawing.arguments, **flags.arguments, **options
         ),
         GENERATED,
-        lambda _: [],
+        lambda part: [f"{part.folder}: {_describe_numbers(part.description['rooms'])}"],
         quiet=quiet,
     )
     described = [part.description for part in parts if part.description]
@@ -338,6 +347,10 @@ def _print_counts(sizes: Sequence[int], model: TypeModel, *, copies: int, repeat
     floors = [len(floor.graph) for floor in model.floors]
     print_result(f"{total}, {_describe_sizes(sizes)}; the {len(floors)} of the model {_describe_sizes(floors)}")
     print_result(f"copies of a floor of the model: {copies}; of another new building: {repeats}")
+
+
+def _describe_numbers(sizes: Sequence[int]) -> str:
+    return f"{count_noun(len(sizes), 'building')}, {_describe_sizes(sizes)}"
 
 
 def _describe_sizes(sizes: Sequence[int]) -> str:

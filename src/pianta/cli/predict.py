@@ -162,7 +162,7 @@ def _predict_several(
 ) -> None:
     """Predict each floor that the journal does not have; the exit code is 1 if any has failed."""
     items = run_batch(
-        lambda progress: predict_batch(
+        lambda bar: predict_batch(
             floors,
             predictor.model,
             out=out,
@@ -171,7 +171,7 @@ def _predict_several(
             explored=predictor.explored,
             as_printed=predictor.as_printed,
             plans=predictor.plans,
-            progress=progress,
+            progress=bar.move,
             **flags.arguments,
         ),
         PREDICTED,

@@ -322,13 +322,13 @@ def _read_several(
 ) -> None:
     """Read each file that the journal does not have as read; the exit code is 1 if any has failed."""
     items = run_batch(
-        lambda progress: read_batch(
+        lambda bar: read_batch(
             maps,
             out=out,
             walls=picture.walls,
             graph=picture.graph,
             describe=describe_for_journal,
-            progress=progress,
+            progress=bar.move,
             **flags.arguments,
             **options,
         ),

@@ -10,6 +10,7 @@ import warnings
 from collections import Counter
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, TextIO
 
@@ -162,11 +163,22 @@ def counting_files(files: Sequence[str], *, quiet: bool = False) -> Iterator[Cal
         yield move
 
 
+@dataclass(frozen=True)
+class BatchBar:
+    """A progress bar of a batch.
+
+    move: takes the number of items that are done, and of all. add_failure: counts a failure. track: wraps the names of
+    the steps of an item, which have a bar of their own below it.
+    """
+
+    move: Callable[[int, int], None]
+    add_failure: Callable[[], None]
+    track: Callable[[Sequence[str]], Iterator[str]]
+
+
 @contextmanager
-def counting_batch(
-    *, noun: str, quiet: bool = False
-) -> Iterator[tuple[Callable[[int, int], None], Callable[[], None]]]:
-    """A progress bar with rate and remaining time, the function that moves it, and the one that counts a failure.
+def counting_batch(*, noun: str, quiet: bool = False) -> Iterator[BatchBar]:
+    """A progress bar with rate and remaining time, on stderr if that is a terminal, unless quiet.
 
     noun: of the items, such as "files".
     """
@@ -175,7 +187,7 @@ def counting_batch(
         task = bar.add_task("", total=None, rate="")
 
         def move(done: int, total: int) -> None:
-            speed = bar.tasks[task].speed
+            speed = bar.tasks[0].speed
             bar.update(task, completed=done, total=total, rate=f"{speed:.2f} {noun}/s" if speed else "")
 
         def add_failure() -> None:
@@ -183,7 +195,16 @@ def counting_batch(
             failures += 1
             bar.update(task, description=f"{failures} failed")
 
-        yield move, add_failure
+        def track(names: Sequence[str]) -> Iterator[str]:
+            steps = bar.add_task("", total=len(names), rate="")
+            try:
+                for done, name in enumerate(names):
+                    bar.update(steps, completed=done, description=name, refresh=True)
+                    yield name
+            finally:
+                bar.remove_task(steps)
+
+        yield BatchBar(move, add_failure, track)
 
 
 def track_items(items: Sequence[str], *, quiet: bool = False) -> Iterator[str]:

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from functools import cached_property
+from itertools import islice
 from types import MappingProxyType
 
 import networkx as nx
@@ -149,7 +150,7 @@ class BuildingSampler:
         Raises ModelError if constraints are not met.
         """
         generators = [np.random.default_rng((seed, number)) for number in numbers]
-        steps = iter(track([f"buildings {numbers[0] + 1} to {numbers[-1] + 1}: {step}" for step in STEPS]))
+        steps = iter(track(name_steps(numbers)))
         # Step 1: the number of functional areas of each cluster; and step 3: the areas, which then change inside.
         next(steps)
         floors = self.choose_floors(numbers, seed)
@@ -357,10 +358,33 @@ def sample_buildings(
     check_count(count, seed)
     if not 1 <= jobs <= MAX_JOBS:
         raise OptionError(f"jobs is {jobs}, give 1 to {MAX_JOBS}")
-    batches = split_batches(range(count), sampler.max_rooms, jobs=jobs)
     if jobs == 1:
-        return [building for batch in batches for building in sampler.sample(batch, seed=seed, track=track)]
-    return _sample_in_processes(sampler, batches, seed, jobs, track)
+        return sample_numbers(sampler, range(count), seed=seed, track=track)
+    return _sample_in_processes(sampler, split_batches(range(count), sampler.max_rooms, jobs=jobs), seed, jobs, track)
+
+
+def sample_numbers(
+    sampler: BuildingSampler,
+    numbers: range,
+    *,
+    seed: int,
+    track: Callable[[Sequence[str]], Iterable[str]] = iter,
+) -> list[nx.Graph]:
+    """The buildings with these numbers, from 0, in this process. track: wraps the names of the steps of all."""
+    batches = split_batches(numbers, sampler.max_rooms)
+    steps = iter(track([name for batch in batches for name in name_steps(batch)]))
+
+    def take(names: Sequence[str]) -> Iterable[str]:
+        return islice(steps, len(names))
+
+    buildings = [building for batch in batches for building in sampler.sample(batch, seed=seed, track=take)]
+    next(steps, None)
+    return buildings
+
+
+def name_steps(numbers: Sequence[int]) -> list[str]:
+    """Names of the steps of buildings that are sampled together, for people."""
+    return [f"buildings {numbers[0] + 1} to {numbers[-1] + 1}: {step}" for step in STEPS]
 
 
 def check_count(count: int, seed: int) -> None:
