@@ -495,7 +495,7 @@ class TestDrawPlan:
     def test_entrances_without_an_outer_wall_stay_closed(self):
         """Nine rooms of 2 m in a square; only the one in the middle has no outer wall, and one is no ENTRANCE."""
         cells = np.kron(np.arange(9, dtype=np.int32).reshape(3, 3), np.ones((4, 4), np.int32))
-        graph = nx.relabel_nodes(nx.grid_2d_graph(3, 3), lambda place: 3 * place[0] + place[1])
+        graph = nx.relabel_nodes(nx.grid_2d_graph(3, 3), lambda cell: 3 * cell[0] + cell[1])
         nx.set_node_attributes(graph, "ENTRANCE", "label")
         graph.nodes[8]["label"] = "CLOSET"
         programme = Programme(graph, frozenset(), dict.fromkeys(graph, 16.0), {}, (0.9,))
