@@ -5,15 +5,19 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from shapely import box
+from shapely import LineString, box
 
 import pianta
 from pianta import Door, Floor, GridMap, Mapper, Room
 from pianta.errors import MapError, MapWarning, OptionError
+from pianta.layout.parameters import StructureParameters
+from pianta.layout.structure.frontiers import is_partial_room
 from pianta.mapping.beliefs import choose_announced, choose_type, measure_trust, update_belief
 from pianta.mapping.changed_parts import (
     choose_windows,
+    forget_cells,
     have_same_frame,
+    list_cuts,
     list_windows,
     measure_wall_agreement,
     put_on_grid,
@@ -172,6 +176,47 @@ class TestPartsOfChanges:
         cells[:, :8] = -1
         assert measure_wall_agreement(cells, before, 1.0) == pytest.approx(1.0)
         assert measure_wall_agreement(np.full_like(before, -1), before, 1.0) == 0.0
+
+
+class TestCuts:
+    """Rooms that touch at the edge of a window, x = 5 m, cells of 0.1 m."""
+
+    GRID = GridMap(np.zeros((20, 100), np.int8), 0.1)
+    PARTS = Floor((Room(1, box(0, 0, 5, 2)), Room(2, box(5, 0, 10, 2))))
+
+    def test_a_border_without_wall_or_door_may_cut_a_room(self):
+        cuts = list_cuts(self.PARTS, self.GRID, [(0, 0, 20, 50)], without=())
+        assert [*cuts] == [(1, 2)]
+        assert abs(cuts[1, 2][:, 0] - 5).max() <= 0.151
+        assert list_cuts(self.PARTS, self.GRID, [(0, 0, 20, 50)], without={(1, 2)}) == {}
+        # Cells there count as changed: they are unknown
+        assert (forget_cells(self.GRID, cuts[1, 2]).cells == -1).any()
+
+    def test_a_wall_a_door_and_borders_elsewhere_do_not(self):
+        cells = self.GRID.cells.copy()
+        cells[:, 49:51] = 100
+        assert list_cuts(self.PARTS, replace(self.GRID, cells=cells), [(0, 0, 20, 50)], without=()) == {}
+        door = Door((1, 2), LineString([(5, 0.5), (5, 1.5)]), 1.0)
+        assert list_cuts(replace(self.PARTS, doors=(door,)), self.GRID, [(0, 0, 20, 50)], without=()) == {}
+        # Its nearest edge is at x = 0
+        assert list_cuts(self.PARTS, self.GRID, [(0, -300, 20, -200)], without=()) == {}
+
+
+class TestPartialOutlines:
+    """Rooms of 10 × 4 m, cells of 0.1 m, with walls of one cell."""
+
+    def make(self, *, end: int) -> GridMap:
+        """A room between walls that ends, at a column, at unknown cells."""
+        cells = np.full((60, 140), -1, np.int8)
+        cells[10:50, 20:120] = 0
+        cells[[9, 50], 19:121] = cells[9:51, 19] = cells[9:51, 120] = 100
+        cells[:, end:] = -1
+        return GridMap(cells, 0.1)
+
+    @pytest.mark.parametrize(("end", "is_partial"), [(140, False), (100, True)])
+    def test_a_room_that_ends_at_unknown_space_is_partial(self, end, is_partial):
+        outline = box(2, 1, min(end / 10, 12), 5)
+        assert is_partial_room(outline, self.make(end=end), StructureParameters()) is is_partial
 
 
 class TestEvents:

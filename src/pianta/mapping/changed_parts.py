@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
+from dataclasses import replace
 from math import ceil
 
 import cv2
 import numpy as np
 import shapely
 from numpy.typing import NDArray
-from shapely import Polygon
+from shapely import Polygon, STRtree
 
-from pianta._types import Mask
+from pianta._types import Floats, Indices, Mask
 from pianta.errors import MapError
 from pianta.floor import Floor
 from pianta.gridmap import FREE, OCCUPIED, UNKNOWN, GridMap
+from pianta.layout.parameters import StructureParameters
+from pianta.layout.structure.frontiers import is_partial_room
 from pianta.layout.structure.tiles import Tile, join_tiles, make_rectangle
 
 # All chosen by hand.
@@ -25,6 +28,9 @@ MAX_INSIDE = 15.0  # m: changed rooms up to this length are inside the core; lon
 MAX_WIDE = 40.0  # m: also those up to this length that are no corridors, as halls are
 LEAST_WIDTH = 0.4  # of their length
 PART = 8.0  # m: sides of the squares of changed cells of which an update reads as many as it may
+MAX_PARTS = 16  # such squares that an update tries
+CUT_GAP = 0.15  # m between rooms that touch
+MIN_CUT = 0.8  # m of border without a wall or a door, at which rooms may be parts of one
 SAME_CELL = 0.01  # cells by which two frames may differ
 COARSE_CELL = 0.2  # m: cells in which groups of changes, and walls that have moved, are looked for
 BLOCK = 16.0  # m: walls in squares with this side move together
@@ -58,7 +64,9 @@ def put_on_grid(previous: GridMap, grid: GridMap) -> NDArray[np.int8]:
 
 def classify_cells(grid: GridMap) -> NDArray[np.int8]:
     """Free, occupied or unknown, for each cell; shape (H, W)."""
-    return np.select([grid.free, grid.occupied], [FREE, OCCUPIED], UNKNOWN).astype(np.int8)
+    cells = np.full(grid.shape, UNKNOWN, np.int8)
+    cells[grid.free], cells[grid.occupied] = FREE, OCCUPIED
+    return cells
 
 
 def list_windows(grid: GridMap, changed: Mask, floor: Floor) -> list[Box]:
@@ -93,7 +101,7 @@ def choose_windows(grid: GridMap, changed: Mask, floor: Floor, windows: Sequence
         key=lambda square: abs(square[0] + square[2] - top - bottom) + abs(square[1] + square[3] - left - right)
     )
     chosen: list[Box] = []
-    for top, left, bottom, right, _ in squares:
+    for top, left, bottom, right, _ in squares[:MAX_PARTS]:
         box = (top - margin, left - margin, bottom + margin, right + margin)
         longer = _join_boxes([*chosen, _extend_to_rooms(box, grid, floor)], grid.shape)
         if not chosen or counts.measure(longer) <= max_area:
@@ -120,7 +128,53 @@ def read_windows(grid: GridMap, windows: Sequence[Box], previous: Floor, read: C
     around = bounds.difference(cores)
     tiles.append(Tile(grid, around, around, cores.boundary.difference(bounds.boundary)))
     floors.append(previous)
-    return join_tiles(grid, tiles, floors)
+    floor = join_tiles(grid, tiles, floors)
+    # A part that was partial may have met the one that was unknown then
+    rooms = (
+        replace(room, partial=is_partial_room(room.polygon, grid, StructureParameters()))
+        if room.partial and room.polygon.intersects(cores.boundary)
+        else room
+        for room in floor
+    )
+    return replace(floor, rooms=tuple(rooms))
+
+
+def list_cuts(
+    floor: Floor, grid: GridMap, windows: Sequence[Box], *, without: Collection[tuple[int, int]]
+) -> dict[tuple[int, int], Floats]:
+    """Borders of rooms at the edges of windows without a wall or a door, by the ids of both: x, y, shape (N, 2).
+
+    There one room may have been read as two, since no window had all of it. without: ids of rooms that may be two.
+    """
+    edges = shapely.union_all([make_rectangle(grid, window).boundary for window in windows])
+    polygons = [room.polygon for room in floor]
+    joined = {frozenset(door.room_ids) for door in floor.doors}
+    walls = cv2.dilate(grid.occupied.astype(np.uint8), np.ones((3, 3), np.uint8)) > 0
+    cuts = {}
+    pairs: Indices = STRtree(polygons).query(polygons, predicate="dwithin", distance=CUT_GAP).T
+    for one, other in pairs[pairs[:, 0] < pairs[:, 1]].tolist():
+        ids = floor.rooms[one].id, floor.rooms[other].id
+        if frozenset(ids) in joined or ids in without:
+            continue
+        border = polygons[other].exterior.intersection(polygons[one].buffer(CUT_GAP))
+        if border.distance(edges) > OVERLAP:
+            continue
+        points = shapely.get_coordinates(border.segmentize(grid.resolution))
+        rows, cols = (np.floor(each).astype(int) for each in grid.map_to_pixel(*points.T))
+        is_inside = (rows >= 0) & (rows < grid.shape[0]) & (cols >= 0) & (cols < grid.shape[1])
+        points, rows, cols = points[is_inside], rows[is_inside], cols[is_inside]
+        is_open = grid.free[rows, cols] & ~walls[rows, cols]
+        if np.count_nonzero(is_open) * grid.resolution >= MIN_CUT:
+            cuts[ids] = points[is_open]
+    return cuts
+
+
+def forget_cells(grid: GridMap, points: Floats) -> GridMap:
+    """The map with unknown cells at points, x, y, shape (N, 2), so that they count as changed."""
+    cells = grid.cells.copy()
+    rows, cols = (np.floor(each).astype(int) for each in grid.map_to_pixel(*points.T))
+    cells[rows, cols] = UNKNOWN
+    return replace(grid, cells=cells)
 
 
 def measure_wall_agreement(cells: NDArray[np.int8], before: NDArray[np.int8], resolution: float) -> float:
@@ -149,10 +203,10 @@ def measure_wall_agreement(cells: NDArray[np.int8], before: NDArray[np.int8], re
 
 def _shrink(cells: Mask, size: int) -> NDArray[np.float32]:
     """1 for squares of cells of which one is set, else 0."""
-    rows, cols = (-length % size for length in cells.shape)
-    padded = np.pad(cells, ((0, rows), (0, cols)))
-    parts = padded.reshape(padded.shape[0] // size, size, padded.shape[1] // size, size)
-    return np.asarray(parts.any(axis=(1, 3)), np.float32)
+    rows, cols = np.nonzero(cells)
+    squares = np.zeros([-(-length // size) for length in cells.shape], np.float32)
+    squares[rows // size, cols // size] = 1
+    return squares
 
 
 class _SeenCells:

@@ -29,7 +29,9 @@ from pianta.mapping.changed_parts import (
     Box,
     choose_windows,
     classify_cells,
+    forget_cells,
     have_same_frame,
+    list_cuts,
     list_windows,
     measure_wall_agreement,
     put_on_grid,
@@ -50,7 +52,7 @@ if TYPE_CHECKING:
 MAX_READ_SHARE = 0.5  # of the seen cells in windows: from here on the whole map is read
 SAME_WALL_SHARE = 0.5  # of the wall cells are near one still, on a map of the same building in the same frame
 SAME_MOVED_SHARE = 0.65  # of the wall cells, as far as a loop closure may have moved them
-MAX_READ_AREA = 400.0  # m² that an update reads: at most a second on one core, in cells of 0.05 m
+MAX_READ_AREA = 300.0  # m² that an update reads: less than a second on one core, in cells of 0.05 m
 
 
 @dataclass(frozen=True)
@@ -104,7 +106,9 @@ class _NewReading:
     share: float = 1.0
     changed: Floats | None = None
     is_same_building: bool = True
+    is_same_frame: bool = True
     as_read: GridMap | None = None
+    tried: frozenset[tuple[int, int]] = frozenset()
 
 
 class Mapper:
@@ -235,7 +239,7 @@ class Mapper:
         ends, prediction = self._predict_ends(floor, before, has_changed=reading.share > 0)
         previous = EMPTY_FLOOR if before is None else before.floor
         events = list_events(floor, previous, is_new_building=not reading.is_same_building)
-        old = [] if self.state is None else [self.state.floor, *self.state.earlier]
+        old = [self.state.floor, *self.state.earlier] if self.state is not None and reading.is_same_frame else []
         self.state = MapState(
             grid,
             floor,
@@ -246,6 +250,7 @@ class Mapper:
             waiting,
             reading.as_read,
             {end.name: end.labels for end in ends},
+            reading.tried,
         )
         return replace(_describe(self.state, events, reading.share), ends=ends, prediction=prediction)
 
@@ -404,7 +409,7 @@ class Mapper:
             is_changed = cells != before
             windows = list_windows(grid, is_changed, state.floor)
             if not windows:
-                return _NewReading(state.floor, 0.0, np.zeros((0, 2)))
+                return _NewReading(state.floor, 0.0, np.zeros((0, 2)), tried=state.tried)
             if self._has_parts(grid, cells, before, windows):
                 parts = choose_windows(grid, is_changed, state.floor, windows, self.max_read_area or np.inf)
                 is_read = _mark(parts, grid.shape)
@@ -413,19 +418,27 @@ class Mapper:
                 bare = replace(state.floor, rooms=tuple(map(strip_predictions, state.floor)))
                 floor = read_windows(as_read, parts, bare, read)
                 floor = keep_room_ids(floor, state.floor, earlier=state.earlier, is_same_frame=True)
+                has_rest = bool((is_changed & ~is_read).any())
+                # Where a room may have been read as two, it is read again once
+                cuts = list_cuts(floor, as_read, parts, without=state.tried)
+                if cuts:
+                    as_read = forget_cells(as_read, np.concatenate([*cuts.values()]))
                 return _NewReading(
                     round_floor(floor),
                     _measure_share(cells, parts),
                     _list_points(grid, is_changed & is_read),
-                    as_read=as_read if (is_changed & ~is_read).any() else None,
+                    as_read=as_read if has_rest or cuts else None,
+                    tried=state.tried | cuts.keys(),
                 )
         floor = read(grid)
-        if _is_same_building(floor, cells, before, state.floor):
-            return _NewReading(round_floor(keep_room_ids(floor, state.floor, earlier=state.earlier)))
+        is_same_frame = before is not None and _has_same_walls(cells, before)
+        if is_same_frame or _is_same_building(floor, state.floor):
+            floor = keep_room_ids(floor, state.floor, earlier=state.earlier, is_same_frame=is_same_frame)
+            return _NewReading(round_floor(floor), is_same_frame=is_same_frame)
         # No id is used again in another building
         last_id = max(each.last_id for each in (state.floor, *state.earlier))
         floor = keep_room_ids(floor, replace(EMPTY_FLOOR, last_id=last_id))
-        return _NewReading(round_floor(floor), is_same_building=False)
+        return _NewReading(round_floor(floor), is_same_building=False, is_same_frame=False)
 
     def _has_parts(
         self, grid: GridMap, cells: NDArray[np.int8], before: NDArray[np.int8], windows: Sequence[Box]
@@ -500,16 +513,18 @@ def _measure_share(cells: NDArray[np.int8], windows: Sequence[Box]) -> float:
     return float(inside) / max(int(np.count_nonzero(is_seen)), 1)
 
 
-def _is_same_building(floor: Floor, cells: NDArray[np.int8], before: NDArray[np.int8] | None, previous: Floor) -> bool:
-    """Whether most walls are where they were, as far as the map has seen; or rooms fit to those before in any frame.
+def _has_same_walls(cells: NDArray[np.int8], before: NDArray[np.int8]) -> bool:
+    """Whether most walls are where they were, as far as the map has seen.
 
-    cells, before: free, occupied or unknown, in one frame; None if the frames differ.
+    cells, before: free, occupied or unknown, in one frame, shape (H, W).
     """
-    if before is not None:
-        was_wall = (before == OCCUPIED) & (cells != UNKNOWN)
-        near = cv2.dilate((cells == OCCUPIED).astype(np.uint8), np.ones((3, 3), np.uint8)) > 0
-        if was_wall.any() and near[was_wall].mean() >= SAME_WALL_SHARE:
-            return True
+    was_wall = (before == OCCUPIED) & (cells != UNKNOWN)
+    near = cv2.dilate((cells == OCCUPIED).astype(np.uint8), np.ones((3, 3), np.uint8)) > 0
+    return bool(was_wall.any() and near[was_wall].mean() >= SAME_WALL_SHARE)
+
+
+def _is_same_building(floor: Floor, previous: Floor) -> bool:
+    """Whether rooms fit to those before, in any frame."""
     try:
         find_frame_motion(floor, previous)
     except FloorError:

@@ -36,7 +36,7 @@ class MapState:
     over types. time: of the map, seconds, None if unknown. building_type: given by the user, None if unknown. waiting:
     ids of partial rooms whose shape is to be predicted, that which waits longest first. as_read: the map, with the
     cells that wait to be read as they were when they were read last; None if none wait. ends: the belief over labels at
-    each open end, by its name.
+    each open end, by its name. tried: ids of rooms whose border was read again, as they may be one.
     """
 
     grid: GridMap
@@ -48,6 +48,7 @@ class MapState:
     waiting: tuple[int, ...] = ()
     as_read: GridMap | None = None
     ends: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    tried: frozenset[tuple[int, int]] = frozenset()
 
     def measure_waiting_share(self) -> float:
         """The share of the cells, seen now or before, that wait to be read, 0 … 1."""
@@ -68,6 +69,7 @@ class _File(BaseModel):
     waiting: list[int] = []
     has_as_read: bool = False
     ends: dict[str, dict[str, Probability]] = {}
+    tried: list[list[int]] = []
 
 
 def save_state(state: MapState, folder: Path) -> None:
@@ -83,6 +85,7 @@ def save_state(state: MapState, folder: Path) -> None:
         "earlier": len(state.earlier),
         "waiting": list(state.waiting),
         "has_as_read": state.as_read is not None,
+        "tried": sorted(map(list, state.tried)),
         "ends": {name: dict(belief) for name, belief in state.ends.items()},
     }
     with atomic_folder(folder, optional=(*EARLIER_FILES, AS_READ_FILE)) as temporary:
@@ -117,6 +120,7 @@ def read_state(folder: Path) -> MapState:
         tuple(content.waiting),
         as_read,
         content.ends,
+        frozenset((one, other) for one, other in content.tried),
     )
 
 

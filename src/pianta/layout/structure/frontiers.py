@@ -6,13 +6,19 @@ here a room is partial by the length of its frontier.
 
 from __future__ import annotations
 
+from math import ceil
+
 import cv2
 import numpy as np
+import shapely
+from shapely import Polygon
 
 from pianta._types import Floats, LabelImage, Mask
+from pianta.floor import Floor, Room
 from pianta.gridmap import GridMap
 from pianta.layout._label_images import grow_mask
-from pianta.layout._working_grid import WorkingGrid
+from pianta.layout._working_grid import WorkingGrid, to_working_grid
+from pianta.layout.parameters import StructureParameters
 
 # Unknown cells this near to an obstacle may be the blurred side of a wall; cells of the working grid (chosen by hand).
 BLUR_PX = 2
@@ -63,6 +69,32 @@ def find_partial_labels(labels: LabelImage, frontier_lengths: Floats, *, min_len
     """
     side = np.sqrt(np.bincount(labels.ravel(), minlength=len(frontier_lengths))) * resolution
     return np.asarray(frontier_lengths >= np.maximum(min_length, MIN_FRONTIER_SHARE * side))
+
+
+def is_partial_room(room: Polygon, grid: GridMap, parameters: StructureParameters) -> bool:
+    """Whether a room ends at unknown space, by its outline in the map frame, such as of one that was joined from parts.
+
+    By the rule of `find_partial_labels`, on the free cells of the map.
+    """
+    rows, cols = (np.asarray(each) for each in grid.map_to_pixel(*shapely.get_coordinates(room).T))
+    margin = ceil(parameters.unseen_width / grid.resolution)
+    (top, bottom), (left, right) = (
+        (max(0, int(each.min()) - margin), min(size, ceil(each.max()) + margin))
+        for each, size in zip((rows, cols), grid.shape, strict=True)
+    )
+    x, y = (float(each) for each in grid.pixel_to_map(bottom, left))
+    part = GridMap(grid.cells[top:bottom, left:right], grid.resolution, (x, y, grid.origin[2]))
+    if not part.free.any():
+        return False
+    working_grid = to_working_grid(
+        part, part.free, resolution=parameters.working_resolution, coarsest=part.resolution, normal_pose=False
+    )
+    inside = working_grid.sample(Floor((Room(1, room),)).label_image(part)).astype(np.int32)
+    frontier = find_frontiers(part, working_grid, working_grid.free, min_thickness=parameters.unseen_width)
+    lengths = measure_frontiers(inside, frontier, resolution=working_grid.resolution)
+    cell = working_grid.resolution
+    is_partial = find_partial_labels(inside, lengths, min_length=parameters.frontier, resolution=cell)
+    return bool(len(is_partial) > 1 and is_partial[1])
 
 
 def remove_ray_leaks(labels: LabelImage, frontier_lengths: Floats, *, width: float, resolution: float) -> LabelImage:

@@ -34,6 +34,7 @@ class TileParameters:
     overlap: float = 20.0  # m around a core that its tile sees, too
     rim: float = 1.0  # m: a room that is nearer to the edge of its tile is cut there
     min_agreement: float = 0.5  # IoU, where both tiles see them, of two rooms that are one
+    min_contained: float = 0.8  # of the smaller part, where both tiles see them, of two cut rooms that are one
     min_inside: float = 0.3  # of a room that is left out, in the room that has its place: its doors lead there
     seam: float = 0.15  # m between the parts of a room in two cores, at most
     min_left: float = 0.5  # of a room that overlaps others: below, it is left out
@@ -189,7 +190,11 @@ def _match(tile_rooms: Sequence[_TileRoom], tiles: Sequence[Tile]) -> Iterator[s
             parts = [polygon.intersection(both) for polygon in (polygons[first], polygons[second])]
             shared = polygons[first].intersection(polygons[second]).intersection(both).area
             together = parts[0].area + parts[1].area - shared
-            if shared >= PARAMETERS.min_agreement * together > 0:
+            # A room that both tiles cut may be in parts in one of them
+            smaller = min(part.area for part in parts) if one.is_cut and other.is_cut else together
+            if shared > 0 and (
+                shared >= PARAMETERS.min_agreement * together or shared >= PARAMETERS.min_contained * smaller
+            ):
                 same.add_edge(first, second)
     yield from nx.connected_components(same)
 
