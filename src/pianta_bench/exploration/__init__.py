@@ -11,17 +11,25 @@ from pianta_bench.harness.bench import Bench
 
 SYNTHETIC = "synthetic"
 DRAWN_SET = "drawn"
-SETS = ("school", "office", SYNTHETIC, DRAWN_SET)
+# The folder of the maps of campus floors in the data too.
+CAMPUS = "kth"
+# Those of a bench without options; campus floors are as large as several schools.
+DEFAULT_SETS = ("school", "office", SYNTHETIC, DRAWN_SET)
+SETS = (*DEFAULT_SETS, CAMPUS)
 
 Sets = Annotated[
     list[str] | None,
-    typer.Option("--set", metavar="NAME", help=f"Which buildings, may be repeated: {', '.join(SETS)}; all by default."),
+    typer.Option(
+        "--set",
+        metavar="NAME",
+        help=f"Which buildings, may be repeated: {', '.join(SETS)}; all but {CAMPUS} unless given.",
+    ),
 ]
 Policies = Annotated[
     list[str] | None,
     typer.Option("--policy", metavar="NAME", help="Which policies, may be repeated, with nearest; all by default."),
 ]
-Starts = Annotated[int, typer.Option(min=0, help="The most for each building; 0 for every entrance.")]
+Starts = Annotated[int, typer.Option(min=0, help="The most for each building; 0 for all.")]
 Resolution = Annotated[float, typer.Option(help="Of the robots' map, metres per cell.")]
 Searches = Annotated[bool, typer.Option(help="Whether the robots also search for rooms by their labels.")]
 Seed = Annotated[int, typer.Option(min=0, max=2**31, help="Of the noise of the lidars.")]
@@ -33,12 +41,15 @@ BENCH = Bench(
     Reads buildings/school/*.xml and buildings/office/*.xml of the data, makes
     synthetic ones, and draws schools that a model of the schools generates.
     Policies that predict learn from the other buildings; in drawn schools from
-    the schools of the data. What fails does not count; the exit code is then 1.
+    the schools of the data. Campus floors, kth/*.png with their *_rooms.png,
+    have no labels: nothing is learned for them, and robots start at their widest
+    point and at random ones. What fails does not count; the exit code is then 1.
     """,
     examples=(
         "pianta bench exploration --jobs 2 --json new.json --pictures new",
         "pianta bench exploration --set school --set drawn --starts 1 --resolution 0.2 --no-searches",
         "pianta bench exploration --set office --starts 1 --resolution 0.2 --no-searches",
+        "pianta bench exploration --set kth --starts 1",
     ),
     options={
         "data": (Data, None),

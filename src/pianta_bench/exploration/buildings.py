@@ -15,11 +15,12 @@ from pianta.floor import Floor
 from pianta.generation.drawing.draw import draw_plan
 from pianta.generation.generate import generate
 from pianta.generation.type_model import MIN_FLOORS, learn_type, prepare_room_graph
+from pianta.gridmap import GridMap
 from pianta.io._files import one_line_reason
 from pianta.labels import SCHEMAS, SCHOOL, standard_name
 from pianta.worlds.floors import FLOOR_MAKERS, make_floor
 from pianta_bench.data.annotated_floors import AnnotatedFloor, read_annotated_buildings
-from pianta_bench.exploration import DRAWN_SET, SETS, SYNTHETIC
+from pianta_bench.exploration import DEFAULT_SETS, DRAWN_SET, SETS, SYNTHETIC
 
 SYNTHETIC_SEEDS = range(3)
 # Robots search for a label that at most this many rooms of the floor have. Chosen by hand.
@@ -38,7 +39,8 @@ class ExploredBuilding:
     """A floor to explore.
 
     part: the set it belongs to. others: the room graphs of all other buildings of its type, to learn from; empty if
-    these are too few. labels: those to search for. building_type: that of `others`; empty without them.
+    these are too few. labels: those to search for. building_type: that of `others`; empty without them. grid: the map
+    of a building of which there is nothing else; its floor then has no rooms.
     """
 
     part: str
@@ -47,6 +49,7 @@ class ExploredBuilding:
     others: tuple[nx.Graph, ...] = ()
     labels: tuple[str, ...] = ()
     building_type: str = ""
+    grid: GridMap | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,11 +67,11 @@ class BuildingSet:
 
 
 def choose_sets(names: Sequence[str]) -> tuple[str, ...]:
-    """The sets of these names, each once, all of SETS without names; raises OptionError for others."""
+    """The sets of these names, each once, DEFAULT_SETS without names; raises OptionError for others."""
     for name in names:
         if name not in SETS:
             raise OptionError(f"set is {name!r}, give one of {', '.join(SETS)}")
-    return tuple(name for name in SETS if name in names or not names)
+    return tuple(name for name in SETS if name in (names or DEFAULT_SETS))
 
 
 def make_buildings() -> BuildingSet:

@@ -15,7 +15,7 @@ from pianta.exploration.lidar import Lidar, Pose, scan
 from pianta.exploration.world import build_world
 from pianta.worlds.floors import make_floor
 from pianta_bench.data.folders import find_data
-from pianta_bench.exploration import DRAWN_SET, SYNTHETIC
+from pianta_bench.exploration import CAMPUS, DRAWN_SET, SYNTHETIC
 from pianta_bench.exploration.buildings import (
     BuildingSet,
     choose_sets,
@@ -23,6 +23,7 @@ from pianta_bench.exploration.buildings import (
     make_buildings,
     read_buildings,
 )
+from pianta_bench.exploration.campus import count_joined, read_campus
 from pianta_bench.exploration.policies import COMPARED_POLICIES, ComparedPolicy, choose_policies
 from pianta_bench.exploration.runs import SHARES, TO_ROOM, Run, RunSettings, name_share, run_building
 from pianta_bench.exploration.scores import pair_runs
@@ -48,11 +49,12 @@ def measure(
     track: Track = iter,
     registry: Mapping[str, ComparedPolicy] = COMPARED_POLICIES,
 ) -> Results:
-    """Explore data/buildings/school/*.xml, office/*.xml, synthetic floors and drawn schools with each policy.
+    """Explore data/buildings/school/*.xml, office/*.xml, synthetic floors, drawn schools, campus floors by each policy.
 
     Policies that predict learn from all other buildings of the type, in drawn schools from those of the data; for
-    synthetic ones there is no model.
-    data: as of `find_data`, not needed if all buildings are synthetic. sets, policies: all by default.
+    synthetic ones and campus floors there is no model.
+    data: as of `find_data`, not needed if all buildings are synthetic. sets: DEFAULT_SETS, policies: all by
+    default.
     starts: the most for each building, 0 for all. resolution: metres per cell.
     searches: whether robots also search for rooms. jobs: processes; figures do not depend on them.
     track: wraps the names of the buildings, to show progress. registry: the policies to choose from.
@@ -62,6 +64,8 @@ def measure(
     chosen = choose_sets(sets or ())
     if not FINEST <= resolution <= COARSEST:
         raise OptionError(f"resolution is {resolution}, give {FINEST} to {COARSEST} m")
+    if CAMPUS in chosen:
+        count_joined(resolution)
     if starts < 0 or jobs < 1:
         raise OptionError(f"starts are {starts} and jobs {jobs}, give 0 or more starts and 1 job or more")
     options = {"policies": [*settings.policies], "starts": starts, "resolution": resolution, "searches": searches}
@@ -88,6 +92,8 @@ def list_buildings(part: str, data: Path | None) -> BuildingSet:
     """The buildings of a set; data: as of `find_data`."""
     if part == SYNTHETIC:
         return make_buildings()
+    if part == CAMPUS:
+        return read_campus(find_data(data))
     return draw_buildings(find_data(data)) if part == DRAWN_SET else read_buildings(find_data(data), part)
 
 

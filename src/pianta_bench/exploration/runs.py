@@ -14,11 +14,12 @@ import numpy as np
 from pianta.exploration.explore import explore
 from pianta.exploration.record import Exploration
 from pianta.exploration.starts import Point, find_rooms, find_starts
-from pianta.exploration.world import World, build_world
+from pianta.exploration.world import World, build_world, read_world
 from pianta.generation.type_model import learn_type
 from pianta.labels import SCHEMAS
 from pianta.prediction.unexplored_part import FloorSampler
 from pianta_bench.exploration.buildings import ExploredBuilding
+from pianta_bench.exploration.campus import choose_starts, count_joined, join_cells
 from pianta_bench.exploration.policies import ComparedPolicy
 from pianta_bench.harness.records import NO_FIGURES, Figures, Item, Results
 
@@ -93,13 +94,15 @@ class PreparedBuilding:
 
     @cached_property
     def world(self) -> World:
-        """The building with walls and doors of the usual sizes."""
+        """The building with walls and doors of the usual sizes, or its map."""
+        if self.building.grid is not None:
+            return read_world(join_cells(self.building.grid, count_joined(self.settings.resolution)))
         return build_world(self.building.floor, resolution=self.settings.resolution)
 
     @cached_property
     def points(self) -> tuple[Point, ...]:
         """x, y of the starts, m."""
-        points = find_starts(self.world)
+        points = find_starts(self.world) if self.building.grid is None else choose_starts(self.world)
         return tuple(points[: self.settings.starts or len(points)])
 
     @cached_property

@@ -9,7 +9,7 @@ from statistics import fmean
 from scipy.stats import kendalltau, rankdata
 
 from pianta.labels import SCHOOL
-from pianta_bench.exploration import DRAWN_SET, SYNTHETIC
+from pianta_bench.exploration import CAMPUS, DRAWN_SET, SYNTHETIC
 from pianta_bench.exploration.policies import NEAREST
 from pianta_bench.exploration.runs import DECISIONS, SCANS, SECONDS, SHARES, TO_ROOM, name_share
 from pianta_bench.exploration.scores import Pairs, compare_policies, compare_sums, find_best, pair_runs
@@ -111,9 +111,9 @@ def tabulate(results: Results) -> list[FilledTable]:
 
 
 def tabulate_predicting(results: Results) -> FilledTable:
-    """Policies that predict against the best that does not, in schools and offices, or in made floors alone."""
+    """Policies that predict against the best that does not, in schools and offices, or in the others alone."""
     sets = results.options["sets"]
-    parts = [part for part in sets if part not in {SYNTHETIC, DRAWN_SET}] or [*sets]
+    parts = [part for part in sets if part not in {SYNTHETIC, DRAWN_SET, CAMPUS}] or [*sets]
     tasks = {f"to {SHARE_LABELS[name_share(COMPARED_SHARE)]}": name_share(COMPARED_SHARE), "to a room": TO_ROOM}
     records: list[Record] = []
     for policy, (task, metric) in product(list_policies(results, predicts=True), tasks.items()):
