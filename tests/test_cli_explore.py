@@ -1,6 +1,7 @@
 """`pianta explore` as a user runs it."""
 
 import csv
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -128,6 +129,22 @@ def test_a_room_is_found(floor_file):
     assert code == 0
     assert "found STAIRS" in out.splitlines()[0]
     assert out.splitlines()[-1] == "STAIRS is room 2"
+
+
+def test_a_room_is_found_on_the_map_that_the_robots_read(tmp_path):
+    code, out, err = run_pianta("explore", "corridor", "--perception", "map", "--find", "corridor")
+    assert (code, err) == (0, "")
+    assert out.splitlines()[0].endswith(": found CORRIDOR")
+    assert re.fullmatch(r"CORRIDOR is room \d+ of the robots' map, which is right", out.splitlines()[-2])
+    code, out, err = run_pianta("explore", "corridor", "--perception", "map", "--find", "bridge")
+    assert (code, out, len(err.splitlines())) == (2, "", 1)
+    assert "BRIDGE" in err
+
+
+def test_perception_without_a_search_is_for_policies_that_predict():
+    code, out, err = run_pianta("explore", "corridor", "--perception", "map")
+    assert (code, out) == (2, "")
+    assert "policy nearest does not use --perception" in err
 
 
 @pytest.mark.slow

@@ -4,6 +4,7 @@ import os
 import subprocess
 import sys
 import warnings
+from collections import deque
 from collections.abc import Sequence
 from dataclasses import replace
 from math import inf
@@ -16,12 +17,14 @@ from shapely import LineString, box
 from pianta.errors import MapWarning, OptionError
 from pianta.exploration import beams
 from pianta.exploration.classical_policies import InformationGain, NearestFrontier
-from pianta.exploration.explore import explore
+from pianta.exploration.explore import Settings, _Run, explore
 from pianta.exploration.frontiers import Frontier
 from pianta.exploration.lidar import Lidar, Pose
+from pianta.exploration.perception import PerfectPerception
 from pianta.exploration.policies import POLICIES, make_policy
 from pianta.exploration.policy_input import PolicyInput
 from pianta.exploration.recognised_rooms import recognise_rooms
+from pianta.exploration.robots import Robot
 from pianta.exploration.world import World, build_world, read_world
 from pianta.floor import Door, Floor, Room
 from pianta.io.buildings.read import read_building
@@ -230,6 +233,38 @@ def test_a_robot_never_squeezes_through_a_slit_narrower_than_itself(thickness):
     # The wall with the slit of 0.2 m begins at 4 m; the lidar of the robot reaches through the slit.
     assert 3.5 < run.tracks[0][:, 0].max() < 4
     assert run.outcome == "no reachable frontier"
+
+
+@pytest.mark.parametrize(("came_through", "outcome"), [(True, None), (False, "no reachable frontier")])
+def test_a_robot_gets_out_by_the_way_that_it_came(came_through, outcome):
+    """Its map has a door of 0.3 m, too narrow for it, to the room with the last unknown cells, left of x = 1."""
+    world = two_room_world()
+    settings = Settings(Lidar(), 0.2, "point", 0.5, stop=None, max_distance=100.0, min_length=0.4)
+    run = _Run(
+        world, NearestFrontier(), settings, PerfectPerception(world), points=[(6.0, 1.95)], area=world.free,
+        wanted=None, seed=0, track=None,
+    )  # fmt: skip
+    run.map.cells[:] = np.where(world.blocked, 100, 0)
+    rows, cols = world.door_cells[0].T
+    middle = world.cell(4.0, 1.95)[0]
+    jambs = np.abs(rows - middle) > 1
+    run.map.cells[rows[jambs], cols[jambs]] = 100
+    run.map.cells[:, : world.cell(1.0, 1.0)[1]] = -1
+    if came_through:
+        run.robots[0].corners.insert(0, (2.0, 1.95))
+    assert run._decide() == outcome
+    goal = run.robots[0].goal
+    assert (goal is not None) is came_through
+    if goal is not None:
+        assert world.point(goal.target)[0] < 2
+
+
+def test_a_robot_remembers_the_corners_of_its_way():
+    """1 m to the right, then 1 m up, in steps of 0.75 m."""
+    robot = Robot(Pose(0.0, 0.0), route=deque([(1.0, 0.0), (1.0, 1.0)]))
+    for _ in range(3):
+        robot.advance(0.75)
+    assert robot.corners == [(0, 0), (0.75, 0), (1, 0), (1, 0.5), (1, 1)]
 
 
 def test_a_grid_map_without_truth_is_explored():

@@ -7,11 +7,15 @@ import pytest
 from shapely import LineString, box
 
 import pianta
-from pianta import Door, Floor, Mapper, Room
+from pianta import Door, Floor, GridMap, Mapper, Room
 from pianta.errors import OptionError
+from pianta.exploration.lidar import Pose
 from pianta.exploration.map_perception import MapPerception, recognise_read_rooms
-from pianta.exploration.perception import PerfectPerception
+from pianta.exploration.perception import PerfectPerception, WantedRoom
 from pianta.exploration.perceptions import make_perception
+from pianta.exploration.record import Record
+from pianta.exploration.robots import Robot
+from pianta.mapping.state import MapState
 from tests.explored_worlds import two_room_world
 
 
@@ -80,3 +84,78 @@ def test_perceptions_by_name():
     assert perception.mapper is mapper
     with pytest.raises(OptionError, match="perception is 'eyes', give perfect or map"):
         pianta.explore(world, perception="eyes")
+
+
+class TestSearchOnTheMap:
+    """A robot searches for a label on the map that it reads itself."""
+
+    FLOOR = Floor(
+        (Room(1, box(0, 0, 4, 4), "CLASSROOM"), Room(2, box(4, 0, 8, 4), "GYM"), Room(3, box(8, 0, 12, 4), "ROOM"))
+    )
+
+    @classmethod
+    def find(cls, *labels: str | None, wanted: str = "GYM", true_floor: Floor | None = FLOOR) -> WantedRoom | None:
+        """The room that is found on a map on which rooms of 3 × 4 m have these labels, all of them in sight."""
+        perception = MapPerception(Mapper(), true_floor)
+        rooms = tuple(
+            Room(number, box(4 * number - 4, 0, 4 * number - 1, 4), label) for number, label in enumerate(labels, 1)
+        )
+        grid = GridMap(np.zeros((20, 60), int), 0.2)
+        perception.mapper.state = MapState(grid, Floor(rooms), (), {}, None, None)
+        world = two_room_world()
+        record = Record(world, world.free, [Robot(Pose(1.0, 1.0), "point")], 8.0)
+        perception._updated_at = 0.0
+        assert perception.find_room(wanted, record) is None
+        perception.perceive(grid, record)
+        return perception.find_room(wanted, record)
+
+    @pytest.mark.parametrize(
+        ("labels", "number", "is_right"),
+        [
+            ((None, "GYM", None), 2, True),
+            (("GYM", "GYM", None), 1, False),
+            ((None, None, "GYM"), 3, None),
+            ((None, "gym", None), 2, True),
+            ((None, None, None, "GYM"), 4, False),
+        ],
+    )
+    def test_the_first_room_with_the_label_is_compared_with_the_truth(self, labels, number, is_right):
+        """The truth has a classroom, a gym, a room of which it says no more, and nothing beyond them."""
+        room = self.find(*labels)
+        assert room is not None
+        assert (room.id, room.is_right) == (number, is_right)
+
+    def test_a_coarse_label_is_compared_with_a_coarse_truth(self):
+        room = self.find(None, None, "ROOM", wanted="ROOM")
+        assert room is not None
+        assert room.is_right is True
+
+    def test_without_truth_it_is_unknown(self):
+        room = self.find("GYM", true_floor=None)
+        assert room is not None
+        assert room.is_right is None
+
+    def test_no_room_has_the_label(self):
+        assert self.find("CLASSROOM", None, None) is None
+
+    def test_it_ends_when_the_map_has_the_label(self):
+        floor = pianta.make_world("corridor")[0]
+        mapper = Mapper(building_type="office")
+        run = pianta.explore(floor, perception=mapper, find="office")
+        assert (run.outcome, run.is_found_room_right) == ("found OFFICE", None)
+        assert run.found_room is not None
+        assert mapper.floor[run.found_room].label == "OFFICE"
+        assert run.share[-1] < 0.5
+
+    def test_a_map_without_true_rooms_is_searched(self):
+        _, grid = pianta.make_world("corridor")
+        world = replace(grid, cells=np.where(grid.cells < 0, 100, grid.cells))
+        run = pianta.explore(world, perception="map", find="corridor")
+        assert (run.outcome, run.is_found_room_right) == ("found CORRIDOR", None)
+
+    def test_labels_that_the_mapper_never_gives_are_refused(self):
+        grid = two_room_world().grid
+        with pytest.raises(OptionError, match=r"never labelled BRIDGE, give one of .*CLASSROOM"):
+            pianta.explore(grid, perception="map", find="bridge")
+        with pytest.raises(OptionError, match="gives no room the label GYM, leave out labels=False"):
+            pianta.explore(grid, perception=Mapper(labels=False), find="gym")

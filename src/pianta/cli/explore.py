@@ -36,6 +36,7 @@ EXAMPLES = (
     "pianta explore school.xml --policy predicted --model others.json --find gym",
     "pianta explore building --policy predicted --model school.json --enough 0.95 --start 1.5,2",
     "pianta explore map.yaml --policy predicted --model school.json --perception map",
+    "pianta explore school.xml --perception map --find corridor",
     "pianta explore map.yaml --stop 0.9 --animation none -o exploration",
 )
 
@@ -65,12 +66,18 @@ PerceptionOption = Annotated[
     str,
     typer.Option(
         "--perception",
-        help="For predicted: perfect if robots know true rooms that they see, map if they read them from their map.",
+        help="For predicted and --find: perfect if robots know true rooms that they see, map if they read them from "
+        "their map.",
     ),
 ]
 Out = Annotated[Path | None, typer.Option("--out", "-o", help="Folder for table, picture and animation.")]
 Robots = Annotated[int, typer.Option(help="How many robots; they share their map.")]
-Find = Annotated[str | None, typer.Option(metavar="LABEL", help="End when a room of this label is recognised.")]
+Find = Annotated[
+    str | None,
+    typer.Option(
+        metavar="LABEL", help="End when a room of this label is recognised; by the robots' map with --perception map."
+    ),
+]
 Start = Annotated[
     list[str] | None,
     typer.Option(
@@ -129,7 +136,8 @@ def explore_world(
     from pianta.exploration.world import open_world
 
     step_names = [] if out is None else _check_outputs(out, animation, steps)
-    _check_policy(policy, model, enough, perception)
+    _check_policy(policy, model, enough, None if find else perception)
+    _check_perception(policy, model, perception)
     starts, lidar = [read_point(text) for text in start or ()] or None, Lidar(reach=reach, noise=noise)
     stop_share = "all" if stop is None else stop
     opened = open_world(world, seed=seed)
@@ -146,7 +154,7 @@ def explore_world(
                 run, opened, out, animation, step_names, title=(world, policy), mapper=_make_mapper(model)
             )
     if not quiet:
-        _print_exploration(run, policy, find)
+        _print_exploration(run, policy, find, on_map=mapper is not None)
         if mapper is not None:
             if mapper.floor.rooms:
                 mapper.finish()
@@ -179,21 +187,26 @@ def _check_outputs(out: Path, animation: str, steps: int) -> list[str]:
     return number_outputs("step", steps, out)
 
 
-def _check_policy(policy: str, model: Path | None, enough: float | None, perception: str) -> None:
-    """Raise OptionError for an unknown policy or perception, and for options that the policy does not use."""
-    from pianta.exploration.perceptions import check_perception
+def _check_policy(policy: str, model: Path | None, enough: float | None, perception: str | None) -> None:
+    """Raise OptionError for an unknown policy, and for options that it does not use; perception: None for a search."""
     from pianta.exploration.policies import check_policy
 
     check_policy(policy)
-    check_perception(perception)
     options = [option for option, value in (("--model", model), ("--enough", enough)) if value is not None]
-    options += ["--perception"] if perception != PERFECT else []
+    options += ["--perception"] if perception == MAP else []
     if options and policy != PREDICTED:
         raise OptionError(f"policy {policy} does not use {' and '.join(options)}, give --policy {PREDICTED}")
-    if perception != PERFECT and model is None:
-        raise OptionError(f"with --perception {perception} robots compare rooms with a model, give --model")
     if enough is not None and model is None:
         raise OptionError("--enough is a share of the floor that a model predicts, give --model")
+
+
+def _check_perception(policy: str, model: Path | None, perception: str) -> None:
+    """Raise OptionError for an unknown perception, and without the model that the policy compares rooms with."""
+    from pianta.exploration.perceptions import check_perception
+
+    check_perception(perception)
+    if policy == PREDICTED and perception == MAP and model is None:
+        raise OptionError(f"with --perception {perception} robots compare rooms with a model, give --model")
 
 
 def _make_mapper(model: Path | None) -> Mapper:
@@ -294,7 +307,7 @@ def _save_table(run: Exploration, path: Path) -> None:
     np.savetxt(path, table, fmt=formats, delimiter=",", newline="\r\n", header=",".join(names), comments="")
 
 
-def _print_exploration(run: Exploration, policy: str, find: str | None) -> None:
+def _print_exploration(run: Exploration, policy: str, find: str | None, *, on_map: bool) -> None:
     """Print how much was explored on how many metres, why the run ended, and whether a room was found."""
     explored = f"{100 * run.share[-1]:.1f} % of {run.reachable_area:.0f} m² seen"
     effort = f"{run.distance[-1]:.0f} m, {run.time[-1] / 60:.0f} min"
@@ -304,4 +317,14 @@ def _print_exploration(run: Exploration, policy: str, find: str | None) -> None:
     if reached:
         print_result(", ".join(reached))
     if find is not None:
-        print_result(f"{find.upper()} is room {run.found_room}" if run.found_room else f"no {find.upper()} was found")
+        print_result(_describe_search(run, find.upper(), on_map=on_map))
+
+
+def _describe_search(run: Exploration, label: str, *, on_map: bool) -> str:
+    """Which room was found, and whether robots that read rooms from their map are right."""
+    if run.found_room is None:
+        return f"no {label} was found"
+    if not on_map:
+        return f"{label} is room {run.found_room}"
+    truth = {True: ", which is right", False: ", which is wrong", None: ""}[run.is_found_room_right]
+    return f"{label} is room {run.found_room} of the robots' map{truth}"

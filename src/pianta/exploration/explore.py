@@ -10,6 +10,7 @@ from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import cv2
 import numpy as np
 
 from pianta._types import Floats, Mask
@@ -17,14 +18,14 @@ from pianta.errors import MapWarning, OptionError
 from pianta.exploration.frontiers import MIN_LENGTH, Frontier, count_border, find_frontiers
 from pianta.exploration.lidar import Lidar, Pose, scan
 from pianta.exploration.occupancy import OccupancyGrid
-from pianta.exploration.perception import Perception
+from pianta.exploration.perception import Percept, Perception, WantedRoom
 from pianta.exploration.perceptions import PERFECT, make_perception
 from pianta.exploration.policies import make_policy
 from pianta.exploration.policy_input import Policy, PolicyInput
 from pianta.exploration.record import Exploration, Record
 from pianta.exploration.robots import DRIVES, Robot
 from pianta.exploration.routes import find_route, measure_distances, straighten_route
-from pianta.exploration.starts import Point, find_rooms, find_starts, place_robots
+from pianta.exploration.starts import Point, find_starts, place_robots
 from pianta.exploration.world import World, as_world, clear_cells, explorable_cells, reachable_cells
 from pianta.floor import Floor
 from pianta.gridmap import FREE, OCCUPIED, GridMap
@@ -101,10 +102,11 @@ def explore(
     stop
         The observed share of the reachable area at which the run ends, 0 … 1; "all" until no frontier is left.
     find
-        A label; the run ends when a room with it is recognised: a robot is inside, or a fifth of it is observed.
+        A label; the run ends when a room with it is recognised: a robot is inside, or a fifth of it is observed. With
+        perception "map" it ends when the robots' own map has a room that it labels so, which may be wrong.
     perception
-        What the policy learns of rooms: "perfect" for the true ones, as in the thesis; "map" for what is read from the
-        map every few metres; or a Mapper, which reads it so, and may know the building's type.
+        What the policy and a search learn of rooms: "perfect" for the true ones, as in the thesis; "map" for what is
+        read from the map every few metres; or a Mapper, which reads it so, and may know the building's type.
     max_distance
         Of all robots together, metres; None to derive it from the area, so that every run ends.
     min_length
@@ -122,7 +124,7 @@ def explore(
     Raises
     ------
     OptionError
-        A start is in a wall, no room has the label, or a value makes no sense.
+        A start is in a wall, no room has or can have the label, or a value makes no sense.
 
     Warns
     -----
@@ -148,7 +150,9 @@ def explore(
     world = as_world(world, seed=seed)
     policy = make_policy(policy, find=find) if isinstance(policy, str) else policy
     _check_options(robots=robots, radius=radius, drive=drive, step=step, stop=stop, max_distance=max_distance)
-    wanted = _find_wanted(world, find)
+    perceived, wanted = make_perception(perception, world), None if find is None else standard_name(find)
+    if wanted is not None:
+        perceived.check_label(wanted)
     if starts is None or not len(starts):
         starts = find_starts(world, radius=radius)[:1]
     points = place_robots(world, starts, robots, radius=radius)
@@ -169,7 +173,7 @@ def explore(
         world,
         policy,
         settings,
-        make_perception(perception, world),
+        perceived,
         points=points,
         area=area,
         wanted=wanted,
@@ -191,7 +195,7 @@ class _Run:
         *,
         points: Sequence[Point],
         area: Mask,
-        wanted: Sequence[int],
+        wanted: str | None,
         seed: int,
         track: Callable[[float], None] | None,
     ) -> None:
@@ -218,7 +222,9 @@ class _Run:
                     self._scan(number)
                     outcome = self._find_outcome()
         grid = self.map.to_grid_map()
-        return self.record.close(grid, outcome, found_room=self._find_wanted_room(), decisions=self.decisions)
+        room = self._find_wanted_room()
+        found_room = None if room is None else (room.id, room.is_right)
+        return self.record.close(grid, outcome, found_room=found_room, decisions=self.decisions)
 
     def _scan(self, number: int) -> None:
         """Add a scan of a robot at its pose."""
@@ -230,17 +236,15 @@ class _Run:
 
     def _find_outcome(self) -> str | None:
         """Why the run has ended; None if it has not."""
-        if (wanted := self._find_wanted_room()) is not None and self.world.floor:
-            label = next(room.label for room in self.world.floor.rooms if room.id == wanted)
-            return f"found {label}"
+        if (room := self._find_wanted_room()) is not None:
+            return f"found {room.label}"
         if self.settings.stop is not None and self.record.share >= self.settings.stop:
             return "share reached"
         return "distance limit" if self.record.distance >= self.settings.max_distance else None
 
-    def _find_wanted_room(self) -> int | None:
-        """The id of a wanted room that was recognised."""
-        recognised = self.record.recognised_at.keys() | self.record.entered_at.keys()
-        return next((room for room in self.wanted if room in recognised), None)
+    def _find_wanted_room(self) -> WantedRoom | None:
+        """A room of the wanted label that was recognised."""
+        return None if self.wanted is None else self.perception.find_room(self.wanted, self.record)
 
     def _needs_goal(self, robot: Robot) -> bool:
         """Whether a robot has arrived, or its target is no frontier any more, or cannot be reached."""
@@ -272,24 +276,42 @@ class _Run:
         self.given_up[goal.target] = True
 
     def _decide(self) -> str | None:
-        """Assign targets by the policy; return the outcome if no robot gets one."""
+        """Assign targets by the policy; return the outcome if the room is found, or no robot gets a target."""
+        percept = self.perception.perceive(self.map.to_grid_map(), self.record)
+        if self._find_wanted_room() is not None:
+            return self._find_outcome()
         radius_px = self.settings.radius / self.world.resolution
         cells = self.map.cells
         passable = (cells == FREE) & clear_cells(cells == OCCUPIED, radius_px)
-        distances = [self._measure_distances(robot, passable) for robot in self.robots]
-        reachable = np.isfinite(distances[0])
-        for further in distances[1:]:
-            reachable |= np.isfinite(further)
-        frontiers = self._find_frontiers(reachable)
+        distances, frontiers = self._reach_frontiers(passable)
+        if not frontiers:
+            # Walls that were mapped after a robot had passed can leave it no way back but the one that it came
+            passable |= self._list_driven() & (cells == FREE)
+            distances, frontiers = self._reach_frontiers(passable)
         if not frontiers:
             return "no reachable frontier" if self._find_frontiers(cells == FREE) else "done"
-        goals = self.policy.choose(self._describe(frontiers, distances, passable))
+        goals = self.policy.choose(self._describe(frontiers, distances, passable, percept))
         self.decisions += 1
         for robot, goal, lengths in zip(self.robots, goals, distances, strict=True):
             robot.goal, robot.route = goal, deque()
             if goal is not None:
                 robot.route = self._plan(lengths, goal.target)
         return None if any(goal is not None for goal in goals) else "stopped by the policy"
+
+    def _reach_frontiers(self, passable: Mask) -> tuple[list[Floats], list[Frontier]]:
+        """Path length from each robot to each cell, and the frontiers that a robot can reach over these cells."""
+        distances = [self._measure_distances(robot, passable) for robot in self.robots]
+        reachable = np.logical_or.reduce([np.isfinite(lengths) for lengths in distances])
+        return distances, self._find_frontiers(reachable)
+
+    def _list_driven(self) -> Mask:
+        """The cells over which the middles of robots have driven, shape (H, W); 4-connected, as routes need."""
+        driven = np.zeros(self.map.cells.shape, np.uint8)
+        for robot in self.robots:
+            # cv2 wants the middle of a cell at whole numbers, x before y
+            pixels = np.array([self.world.pixel(*corner)[::-1] for corner in robot.corners]) - 0.5
+            cv2.polylines(driven, [np.rint(pixels).astype(np.int32)], isClosed=False, color=1, lineType=cv2.LINE_4)
+        return driven > 0
 
     def _find_frontiers(self, reachable: Mask) -> list[Frontier]:
         """The frontiers of the current map, without cells given up; reachable: shape (H, W), where robots can stand."""
@@ -322,11 +344,12 @@ class _Run:
         points = [self.world.point((row, col)) for row, col in corners.tolist()]
         return deque(points[1:] or points)
 
-    def _describe(self, frontiers: Sequence[Frontier], distances: Sequence[Floats], passable: Mask) -> PolicyInput:
+    def _describe(
+        self, frontiers: Sequence[Frontier], distances: Sequence[Floats], passable: Mask, percept: Percept
+    ) -> PolicyInput:
         """The input of the policy."""
         rows, cols = np.array([frontier.target for frontier in frontiers]).T
         x, y = self.world.grid.pixel_to_map(rows + 0.5, cols + 0.5)
-        percept = self.perception.perceive(self.map.to_grid_map(), self.record)
         in_rooms = [np.bincount(percept.room_of_cell[tuple(frontier.cells.T)]) for frontier in frontiers]
         cells = self.map.cells.view()
         cells.setflags(write=False)
@@ -361,18 +384,6 @@ def _check_options(
         faults.append(f"stop is {stop!r}, give a share above 0 and up to 1, or 'all'")
     if faults:
         raise OptionError("cannot explore: " + "; ".join(faults))
-
-
-def _find_wanted(world: World, find: str | None) -> list[int]:
-    """Ids of the rooms with the wanted label; raises OptionError with the existing labels if no room has it."""
-    if find is None:
-        return []
-    wanted = find_rooms(world.floor, [standard_name(find)])
-    if not wanted:
-        labels = sorted({room.label for room in world.floor.rooms if room.label} if world.floor else set())
-        there = f"give one of {', '.join(labels)}" if labels else "its rooms have no labels, give a labelled floor"
-        raise OptionError(f"no room of the world is {standard_name(find)}, {there}")
-    return wanted
 
 
 def _warn_of_unreachable(world: World, reachable: Mask) -> None:

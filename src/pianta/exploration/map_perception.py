@@ -12,14 +12,17 @@ import shapely
 from numpy.typing import NDArray
 
 from pianta._types import Floats
-from pianta.errors import MapError, MapWarning
-from pianta.exploration.perception import Percept
+from pianta.errors import MapError, MapWarning, OptionError
+from pianta.exploration.perception import Percept, WantedRoom
 from pianta.exploration.recognised_rooms import RECOGNISED_SHARE, RecognisedRoom, RecognisedRooms
 from pianta.exploration.record import Record
+from pianta.exploration.starts import standard_label
 from pianta.floor import Floor, Room
 from pianta.gridmap import GridMap
+from pianta.labels import FCES, RC
 from pianta.mapping.beliefs import measure_trust
 from pianta.mapping.mapper import Mapper
+from pianta.rooms.model_file import read_default_room_model
 
 # Both chosen by hand.
 UPDATE_DISTANCE = 3.0  # m that all robots drive between two updates of the building
@@ -28,11 +31,42 @@ OUTLINE_MARGIN = 0.3  # m from a room: cells of a frontier here belong to it, as
 
 @dataclass(eq=False)
 class MapPerception:
-    """Rooms are what a mapper reads from the map, every few metres."""
+    """Rooms are what a mapper reads from the map, every few metres. true_floor: to compare with; None without one."""
 
     mapper: Mapper
+    true_floor: Floor | None = None
     _updated_at: float = field(init=False, default=-np.inf)
     _room_of_cell: NDArray[np.uint16] = field(init=False, default_factory=lambda: np.zeros((0, 0), np.uint16))
+    _recognised: RecognisedRooms | None = field(init=False, default=None)
+
+    def check_label(self, label: str) -> None:
+        """Raise OptionError for a label that the mapper gives to no room."""
+        if not self.mapper.labels:
+            raise OptionError(f"the mapper gives no room the label {label}, leave out labels=False")
+        schemas = (self.mapper.room_model or read_default_room_model()).schemas
+        chosen_types = [self.mapper.building_type] if self.mapper.building_type in schemas else [*schemas]
+        names = {name for building_type in chosen_types for name in schemas[str(building_type)].by_name}
+        if label not in names | {*map(str, RC), *map(str, FCES)}:
+            possible = ", ".join(sorted(names))
+            raise OptionError(f"rooms that are read from a map are never labelled {label}, give one of {possible}")
+
+    def find_room(self, label: str, record: Record) -> WantedRoom | None:  # noqa: ARG002
+        """A room that the mapper labels so, as of the last call of `perceive`."""
+        for room in self._recognised.rooms if self._recognised else ():
+            if room.label is not None and standard_label(room.label) == label:
+                return WantedRoom(room.id, room.label, self._is_right(room.id, label))
+        return None
+
+    def _is_right(self, room: int, label: str) -> bool | None:
+        """Whether the true room that a read one overlaps most has the label; None if its own is missing or coarser."""
+        if self.true_floor is None:
+            return None
+        polygon = self.mapper.floor[room].polygon
+        overlaps = [(polygon.intersection(true.polygon).area, standard_label(true.label)) for true in self.true_floor]
+        area, true_label = max(overlaps, key=lambda overlap: overlap[0], default=(0.0, None))
+        if area > 0 and (true_label is None or (true_label == RC.ROOM and label not in [*RC])):
+            return None
+        return area > 0 and true_label == label
 
     def perceive(self, grid: GridMap, record: Record) -> Percept:
         """The rooms of the last update of the mapper, which is not older than UPDATE_DISTANCE."""
@@ -41,7 +75,8 @@ class MapPerception:
         floor = self.mapper.floor
         if not floor.rooms:
             return Percept(None, np.zeros(grid.shape, np.uint16))
-        return Percept(recognise_read_rooms(floor, record.list_positions()), self._room_of_cell)
+        self._recognised = recognise_read_rooms(floor, record.list_positions())
+        return Percept(self._recognised, self._room_of_cell)
 
     def _update(self, grid: GridMap, distance: float) -> None:
         self._updated_at = distance

@@ -35,4 +35,4 @@ def make_perception(perception: str | Mapper, world: World) -> Perception:
     from pianta.exploration.map_perception import MapPerception
     from pianta.mapping.mapper import Mapper
 
-    return MapPerception(Mapper() if isinstance(perception, str) else perception)
+    return MapPerception(Mapper() if isinstance(perception, str) else perception, world.floor)

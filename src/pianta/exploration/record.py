@@ -45,7 +45,11 @@ class Exploration:
     outcome
         "done", "no reachable frontier", "found LABEL", "share reached", "stopped by the policy" or "distance limit".
     found_room
-        The id of the room found by a search; None without one.
+        The id of the room found by a search; None without one. With perception "map" it is that of the room on the
+        robots' map.
+    is_found_room_right
+        Whether a true room of the wanted label is there; None without a room found, and where the truth has no label or
+        just ROOM.
     decisions
         Number of decisions of the policy.
     """
@@ -63,6 +67,7 @@ class Exploration:
     scan_of_cell: NDArray[np.int32]
     outcome: str
     found_room: int | None = None
+    is_found_room_right: bool | None = None
     decisions: int = 0
 
     @property
@@ -173,8 +178,11 @@ class Record:
         if here:
             self.entered_at.setdefault(here, self.distance)
 
-    def close(self, grid: GridMap, outcome: str, *, found_room: int | None, decisions: int) -> Exploration:
-        """The result of the run."""
+    def close(
+        self, grid: GridMap, outcome: str, *, found_room: tuple[int, bool | None] | None, decisions: int
+    ) -> Exploration:
+        """The result of the run. found_room: its id, and whether it is right."""
+        room, is_right = found_room or (None, None)
         rows = np.array(self._rows, float)
         return Exploration(
             distance=rows[:, 0],
@@ -189,6 +197,7 @@ class Record:
             map=grid,
             scan_of_cell=self.scan_of_cell,
             outcome=outcome,
-            found_room=found_room,
+            found_room=room,
+            is_found_room_right=is_right,
             decisions=decisions,
         )

@@ -23,7 +23,8 @@ class Robot:
 
     drive: "point" moves in any direction at once; "differential" turns on the spot first, which takes time.
     goal: the frontier that it drives to, None while it waits. route: the next corners x, y, metres of the map frame.
-    travelled: metres. time: of driving and turning, seconds.
+    travelled: metres. time: of driving and turning, seconds. corners: x, y, where it began and ended each straight line
+    so far.
     """
 
     pose: Pose
@@ -32,6 +33,10 @@ class Robot:
     route: deque[tuple[float, float]] = field(default_factory=deque)
     travelled: float = 0.0
     time: float = 0.0
+    corners: list[tuple[float, float]] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self.corners.append(self.pose[:2])
 
     def advance(self, step: float) -> None:
         """Follow the route for `step` metres, or to its end."""
@@ -47,6 +52,7 @@ class Robot:
             if share == 1:
                 self.pose = Pose(x, y, here.heading)
                 self.route.popleft()
+            self.corners.append(self.pose[:2])
             moved = min(length, left)
             left -= moved
             self.travelled += moved

@@ -81,10 +81,11 @@ def check_start(world: World, start: Point, *, radius: float) -> None:
 def find_rooms(floor: Floor | None, labels: Iterable[str]) -> list[int]:
     """Ids of the rooms that have one of the labels, in standard form."""
     wanted = set(labels)
-    return [room.id for room in floor.rooms if _standard_label(room.label) in wanted] if floor else []
+    return [room.id for room in floor.rooms if standard_label(room.label) in wanted] if floor else []
 
 
-def _standard_label(label: str | None) -> str | None:
+def standard_label(label: str | None) -> str | None:
+    """The standard form of a label, or the label itself if it is invalid."""
     try:
         return None if label is None else standard_name(label)
     except LabelError:
