@@ -49,7 +49,7 @@ BENCH = Bench(
         "pianta bench exploration --jobs 2 --json new.json --pictures new",
         "pianta bench exploration --set school --set drawn --starts 1 --resolution 0.2 --no-searches",
         "pianta bench exploration --set office --starts 1 --resolution 0.2 --no-searches",
-        "pianta bench exploration --set kth --starts 1",
+        "pianta bench exploration --set kth --starts 1 --resolution 0.15",
     ),
     options={
         "data": (Data, None),
