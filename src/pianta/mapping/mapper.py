@@ -84,9 +84,9 @@ class MapUpdate:
     events: tuple[Event, ...]
     types: Mapping[str, float]
     read_share: float
-    waiting_share: float = 0.0
     ends: tuple[OpenEnd, ...] = ()
     prediction: Prediction | None = None
+    waiting_share: float = 0.0
 
     @property
     def floor(self) -> Floor:
@@ -306,7 +306,9 @@ class Mapper:
         >>> import pianta
         >>> mapper = pianta.Mapper(max_read_area=50.0)
         >>> _, grid = pianta.make_world("corridor")
-        >>> _ = mapper.update(pianta.GridMap(grid.cells[:, :300], grid.resolution))
+        >>> cells = grid.cells.copy()
+        >>> cells[:, 300:] = -1
+        >>> _ = mapper.update(pianta.GridMap(cells, grid.resolution, grid.origin))
         >>> mapper.update(grid).waiting_share > 0, mapper.finish().waiting_share
         (True, 0.0)
         """
@@ -419,8 +421,8 @@ class Mapper:
                 floor = read_windows(as_read, parts, bare, read)
                 floor = keep_room_ids(floor, state.floor, earlier=state.earlier, is_same_frame=True)
                 has_rest = bool((is_changed & ~is_read).any())
-                # Where a room may have been read as two, it is read again once
-                cuts = list_cuts(floor, as_read, parts, without=state.tried)
+                # Where a room may have been read as two, the next update reads it again, once
+                cuts = {} if self.max_read_area is None else list_cuts(floor, as_read, parts, without=state.tried)
                 if cuts:
                     as_read = forget_cells(as_read, np.concatenate([*cuts.values()]))
                 return _NewReading(
@@ -489,7 +491,7 @@ def _make_sampler(model: TypeModel, building_type: str | None) -> FloorSampler:
 
 def _describe(state: MapState, events: Sequence[Event], read_share: float) -> MapUpdate:
     building = Building((Storey(state.floor, grid=state.grid),))
-    return MapUpdate(building, tuple(events), state.types, read_share, state.measure_waiting_share())
+    return MapUpdate(building, tuple(events), state.types, read_share, waiting_share=state.measure_waiting_share())
 
 
 def _mark(windows: Sequence[Box], shape: tuple[int, int]) -> Mask:
