@@ -198,7 +198,7 @@ class TestCuts:
         assert list_cuts(self.PARTS, replace(self.GRID, cells=cells), [(0, 0, 20, 50)], without=()) == {}
         door = Door((1, 2), LineString([(5, 0.5), (5, 1.5)]), 1.0)
         assert list_cuts(replace(self.PARTS, doors=(door,)), self.GRID, [(0, 0, 20, 50)], without=()) == {}
-        # Its nearest edge is at x = 0
+        # The edges of this window are more than 4 m away
         assert list_cuts(self.PARTS, self.GRID, [(0, -300, 20, -200)], without=()) == {}
 
 
@@ -217,6 +217,9 @@ class TestPartialOutlines:
     def test_a_room_that_ends_at_unknown_space_is_partial(self, end, is_partial):
         outline = box(2, 1, min(end / 10, 12), 5)
         assert is_partial_room(outline, self.make(end=end), StructureParameters()) is is_partial
+
+    def test_a_room_without_free_cells_is_not_partial(self):
+        assert not is_partial_room(box(2, 1, 12, 5), self.make(end=0), StructureParameters())
 
 
 class TestEvents:
@@ -496,6 +499,16 @@ class TestSavedStates:
         with pytest.raises(MapError, match="there was no map yet; call update first"):
             Mapper().save(tmp_path / "state")
         assert not (tmp_path / "state").exists()
+
+    @pytest.mark.parametrize("tried", ["[[1]]", "[[1, 2, 3]]", '["12"]'])
+    def test_ids_of_tried_borders_are_pairs(self, grid, tmp_path, tried):
+        mapper = Mapper(labels=False, predict_partial=False)
+        mapper.update(reveal(grid, 0.4))
+        mapper.save(tmp_path)
+        file = tmp_path / "mapper.json"
+        file.write_text(file.read_text().replace('"tried": []', f'"tried": {tried}'))
+        with pytest.raises(MapError, match="tried"):
+            Mapper.load(tmp_path)
 
     @pytest.mark.parametrize("content", ["", "{}", '{"format": "pianta mapper", "version": "1.0", "types": {"a": 2}}'])
     def test_a_damaged_state_is_one_line(self, grid, tmp_path, content):

@@ -56,8 +56,8 @@ def keep_room_ids(
 
     All floors are in metres of the map frame. If few rooms are where they were, because SLAM has anchored the frame
     anew, an image without map.yaml has grown, or the robot stood in another direction, the motion between the frames is
-    estimated first, unless is_same_frame. A shift by exactly one room in a row of equal rooms
-    cannot be detected, nor can a rotation of a building that is the same after it.
+    estimated first, unless is_same_frame. A shift by exactly one room in a row of equal rooms cannot be detected, nor
+    can a rotation of a building that is the same after it.
     """
     # Sorted, so that equal overlaps are resolved in the same way for any order of the rooms.
     rooms = sorted(floor.rooms, key=lambda room: (room.polygon.bounds, room.id))

@@ -142,9 +142,10 @@ def read_windows(grid: GridMap, windows: Sequence[Box], previous: Floor, read: C
 def list_cuts(
     floor: Floor, grid: GridMap, windows: Sequence[Box], *, without: Collection[tuple[int, int]]
 ) -> dict[tuple[int, int], Floats]:
-    """Borders of rooms at the edges of windows without a wall or a door, by the ids of both: x, y, shape (N, 2).
+    """Borders of rooms at the edges of windows without a wall or a door: x, y, shape (N, 2), by the ids of both rooms.
 
-    There one room may have been read as two, since no window had all of it. without: ids of rooms that may be two.
+    There one room may have been read as two, since no window had all of it. The smaller id is the first. without: ids
+    of rooms that may be two.
     """
     edges = shapely.union_all([make_rectangle(grid, window).boundary for window in windows])
     polygons = [room.polygon for room in floor]
@@ -153,8 +154,8 @@ def list_cuts(
     cuts = {}
     pairs: Indices = STRtree(polygons).query(polygons, predicate="dwithin", distance=CUT_GAP).T
     for one, other in pairs[pairs[:, 0] < pairs[:, 1]].tolist():
-        ids = floor.rooms[one].id, floor.rooms[other].id
-        if frozenset(ids) in joined or ids in without:
+        first, second = sorted((floor.rooms[one].id, floor.rooms[other].id))
+        if frozenset({first, second}) in joined or (first, second) in without:
             continue
         border = polygons[other].exterior.intersection(polygons[one].buffer(CUT_GAP))
         if border.distance(edges) > OVERLAP:
@@ -165,7 +166,7 @@ def list_cuts(
         points, rows, cols = points[is_inside], rows[is_inside], cols[is_inside]
         is_open = grid.free[rows, cols] & ~walls[rows, cols]
         if np.count_nonzero(is_open) * grid.resolution >= MIN_CUT:
-            cuts[ids] = points[is_open]
+            cuts[first, second] = points[is_open]
     return cuts
 
 

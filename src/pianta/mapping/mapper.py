@@ -52,7 +52,7 @@ if TYPE_CHECKING:
 MAX_READ_SHARE = 0.5  # of the seen cells in windows: from here on the whole map is read
 SAME_WALL_SHARE = 0.5  # of the wall cells are near one still, on a map of the same building in the same frame
 SAME_MOVED_SHARE = 0.65  # of the wall cells, as far as a loop closure may have moved them
-MAX_READ_AREA = 300.0  # m² that an update reads: less than a second on one core, in cells of 0.05 m
+MAX_READ_AREA = 300.0  # m² that an update reads: less than a second on one core as a rule, in cells of 0.05 m
 
 
 @dataclass(frozen=True)
@@ -119,8 +119,8 @@ class Mapper:
     Parameters
     ----------
     building_type
-        The type of the building, such as "school"; None if unknown, or if that of the model. Rooms get the labels of
-        this type.
+        The type of the building, such as "school"; None if unknown, and with a model for its type. Rooms get the labels
+        of this type.
     model
         Model of the building's type, of `train_type`, by which what lies behind open ends is predicted; None without.
     room_model

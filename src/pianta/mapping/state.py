@@ -69,7 +69,7 @@ class _File(BaseModel):
     waiting: list[int] = []
     has_as_read: bool = False
     ends: dict[str, dict[str, Probability]] = {}
-    tried: list[list[int]] = []
+    tried: list[tuple[int, int]] = []
 
 
 def save_state(state: MapState, folder: Path) -> None:
@@ -85,7 +85,7 @@ def save_state(state: MapState, folder: Path) -> None:
         "earlier": len(state.earlier),
         "waiting": list(state.waiting),
         "has_as_read": state.as_read is not None,
-        "tried": sorted(map(list, state.tried)),
+        "tried": sorted(state.tried),
         "ends": {name: dict(belief) for name, belief in state.ends.items()},
     }
     with atomic_folder(folder, optional=(*EARLIER_FILES, AS_READ_FILE)) as temporary:
@@ -120,7 +120,7 @@ def read_state(folder: Path) -> MapState:
         tuple(content.waiting),
         as_read,
         content.ends,
-        frozenset((one, other) for one, other in content.tried),
+        frozenset(content.tried),
     )
 
 

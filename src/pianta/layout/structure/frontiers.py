@@ -14,6 +14,7 @@ import shapely
 from shapely import Polygon
 
 from pianta._types import Floats, LabelImage, Mask
+from pianta.errors import MapError
 from pianta.floor import Floor, Room
 from pianta.gridmap import GridMap
 from pianta.layout._label_images import grow_mask
@@ -84,11 +85,12 @@ def is_partial_room(room: Polygon, grid: GridMap, parameters: StructureParameter
     )
     x, y = (float(each) for each in grid.pixel_to_map(bottom, left))
     part = GridMap(grid.cells[top:bottom, left:right], grid.resolution, (x, y, grid.origin[2]))
-    if not part.free.any():
+    try:
+        working_grid = to_working_grid(
+            part, part.free, resolution=parameters.working_resolution, coarsest=part.resolution, normal_pose=False
+        )
+    except MapError:  # none of its cells is free any more
         return False
-    working_grid = to_working_grid(
-        part, part.free, resolution=parameters.working_resolution, coarsest=part.resolution, normal_pose=False
-    )
     inside = working_grid.sample(Floor((Room(1, room),)).label_image(part)).astype(np.int32)
     frontier = find_frontiers(part, working_grid, working_grid.free, min_thickness=parameters.unseen_width)
     lengths = measure_frontiers(inside, frontier, resolution=working_grid.resolution)
