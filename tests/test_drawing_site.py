@@ -308,7 +308,7 @@ def test_buildings_that_are_too_large_are_left_out_by_name(model, tmp_path):
     assert again.out.startswith("1 of 1 part generated, 1 of them before")
     (tmp_path / "parts" / "part-0001" / f"building-{min({1, 2, 3} - {*left_out}):06}.geojson").unlink()
     again = run_pianta(*command, tmp_path / "parts", "--shard", "1/1")
-    assert again.out.startswith("1 of 1 part generated\n")
+    assert "1 of 1 part generated" in again.out.splitlines()
 
 
 def test_a_building_that_lacked_memory_is_not_left_out(model, tmp_path, monkeypatch):

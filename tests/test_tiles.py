@@ -16,7 +16,7 @@ from pianta.floor import Door, Floor, Room
 from pianta.gridmap import GridMap
 from pianta.layout import reconstruct as reconstruction
 from pianta.layout.structure import tiles
-from pianta.layout.structure.tiles import TileParameters, list_tiles, reconstruct_in_tiles
+from pianta.layout.structure.tiles import Tile, TileParameters, join_tiles, list_tiles, reconstruct_in_tiles
 
 
 @pytest.fixture
@@ -86,6 +86,15 @@ class TestTiles:
     def test_no_room_in_any_tile_is_an_error(self):
         with pytest.raises(MapError, match="shows no room"):
             reconstruct_in_tiles(free_map(250), reader([], []))
+
+    def test_rooms_of_tiles_that_do_not_overlap_are_others(self):
+        """They share an area and a side, which GEOS cannot intersect with the empty overlap of their tiles."""
+        grid = free_map(50)
+        both = [Tile(grid, extent, extent, LineString()) for extent in (box(0, 0, 2, 3), box(2.1, 0, 5, 4))]
+        bracket = shapely.union_all([box(0, 0, 2, 1), box(0, 0, 1, 3)])
+        other = shapely.union_all([box(0.5, 0.5, 1.5, 4), box(1.5, 1, 4.5, 4)])
+        floor = join_tiles(grid, both, [Floor((Room(1, room),)) for room in (bracket, other)])
+        assert sorted(round(room.polygon.area, 3) for room in floor) == [2.5, 12.5]
 
     @settings(max_examples=30)
     @given(cuts=st.lists(st.integers(2, 46), min_size=2, max_size=8, unique=True))

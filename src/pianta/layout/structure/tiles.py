@@ -186,9 +186,9 @@ def _match(tile_rooms: Sequence[_TileRoom], tiles: Sequence[Tile]) -> Iterator[s
     for first, second in pairs[pairs[:, 0] < pairs[:, 1]].tolist():
         one, other = tile_rooms[first], tile_rooms[second]
         if one.tile != other.tile:
-            both = tiles[one.tile].extent.intersection(tiles[other.tile].extent)
-            parts = [polygon.intersection(both) for polygon in (polygons[first], polygons[second])]
-            shared = polygons[first].intersection(polygons[second]).intersection(both).area
+            both = _keep_area(tiles[one.tile].extent.intersection(tiles[other.tile].extent))
+            parts = [_keep_area(polygon.intersection(both)) for polygon in (polygons[first], polygons[second])]
+            shared = parts[0].intersection(parts[1]).area
             together = parts[0].area + parts[1].area - shared
             # A room that both tiles cut may be in parts in one of them
             smaller = min(part.area for part in parts) if one.is_cut and other.is_cut else together
@@ -197,6 +197,11 @@ def _match(tile_rooms: Sequence[_TileRoom], tiles: Sequence[Tile]) -> Iterator[s
             ):
                 same.add_edge(first, second)
     yield from nx.connected_components(same)
+
+
+def _keep_area(shape: shapely.Geometry) -> shapely.Geometry:
+    """The polygons of a shape. GEOS cannot intersect what also has lines, of sides that only touch."""
+    return shapely.union_all([part for part in shapely.get_parts(shape) if isinstance(part, Polygon)])
 
 
 def _draft(group: Sequence[_TileRoom]) -> tuple[Room, Sequence[_TileRoom]] | None:
