@@ -23,7 +23,7 @@ from pianta.mapping.changed_parts import (
     put_on_grid,
 )
 from pianta.mapping.events import Event, EventKind, list_events
-from pianta.mapping.partial_shapes import let_wait
+from pianta.mapping.partial_shapes import let_wait, list_waiting
 
 SHUT = 100
 
@@ -91,10 +91,11 @@ class TestWindows:
         assert list_windows(grid, changed, Floor((), ())) == [(40, 50, 62, 80)]
 
     def test_changes_far_apart_have_windows_of_their_own_and_near_ones_share_one(self):
+        """Windows have 1 m around squares of 0.2 m."""
         grid = GridMap(np.zeros((100, 400), np.int8), 0.1)
         changed = np.zeros(grid.shape, bool)
         changed[50, [20, 60, 300]] = True
-        assert list_windows(grid, changed, Floor((), ())) == [(40, 10, 61, 71), (40, 290, 61, 311)]
+        assert list_windows(grid, changed, Floor((), ())) == [(40, 10, 62, 72), (40, 290, 62, 312)]
 
     def test_a_window_has_all_of_a_changed_room_unless_it_is_long(self):
         grid = GridMap(np.zeros((100, 400), np.int8), 0.1)
@@ -104,13 +105,23 @@ class TestWindows:
         rooms = (Room(1, box(9, 4, 12, 6)), Room(2, box(0, 2, 40, 4.5)))
         assert list_windows(grid, changed, Floor(rooms, ())) == [(30, 80, 70, 130)]
 
-    @pytest.mark.parametrize(("depth", "window"), [(7.9, (345, 90, 366, 111)), (8.0, (300, 0, 400, 220))])
+    @pytest.mark.parametrize(("depth", "window"), [(7.9, (344, 90, 366, 112)), (8.0, (300, 0, 400, 220))])
     def test_a_hall_is_inside_and_a_strip_of_its_length_is_not(self, depth, window):
         """A room of 20 m, from 1 m on; strips are narrower than 0.4 of their length."""
         grid = GridMap(np.zeros((400, 400), np.int8), 0.1)
         changed = np.zeros(grid.shape, bool)
         changed[355, 100] = True
         assert list_windows(grid, changed, Floor((Room(1, box(1, 1, 21, 1 + depth)),), ())) == [window]
+
+    @pytest.mark.parametrize(("area", "window"), [(580.0, (120, 120, 280, 280)), (570.0, (190, 120, 245, 215))])
+    def test_rooms_that_need_too_much_are_cut(self, area, window):
+        """With 4 m around it, the window of a room of 14 m sees 24 × 24 m, 576 m²."""
+        grid = GridMap(np.zeros((400, 400), np.int8), 0.1)
+        changed = np.zeros(grid.shape, bool)
+        changed[200, [200, 202]] = True
+        floor = Floor((Room(1, box(13, 13, 27, 27)), Room(2, box(13, 16.5, 20.5, 19.5))), ())
+        windows = list_windows(grid, changed, floor)
+        assert choose_windows(grid, changed, floor, windows, area) == [window]
 
     def test_frames_are_the_same_if_their_cells_coincide(self):
         grid = GridMap(np.zeros((10, 10), np.int8), 0.1)
@@ -304,7 +315,9 @@ class TestUpdates:
 
 class TestShapesThatWait:
     def test_an_update_predicts_few_shapes_and_the_next_ones_the_others(self, grid, tmp_path, monkeypatch):
-        monkeypatch.setattr("pianta.mapping.partial_shapes.MAX_PREDICTED", 1)
+        # One shape after the whole map has been read, and after nothing
+        for name in ("MAX_COST", "SHAPE_COST", "MAX_SHAPE_COST"):
+            monkeypatch.setattr(f"pianta.mapping.partial_shapes.{name}", 100.0)
         mapper = Mapper(labels=False)
         mapper.update(reveal(grid, 0.5))
         observed = reveal(grid, 0.55)
@@ -325,6 +338,8 @@ class TestShapesThatWait:
         mapper.update(reveal(grid, 0.5))
         before = {room.id: room.predicted for room in mapper.floor if room.predicted}
         monkeypatch.setattr("pianta.mapping.mapper.MAX_READ_SHARE", 0.0)
+        for name in ("SHAPE_COST", "MAX_SHAPE_COST"):
+            monkeypatch.setattr(f"pianta.mapping.partial_shapes.{name}", 100.0)
         update = mapper.update(reveal(grid, 0.52))
         assert update.read_share == 1.0
         assert mapper.state is not None
@@ -332,6 +347,16 @@ class TestShapesThatWait:
         assert len(mapper.state.waiting) == len(partial) - 1 > 0
         # Those that wait keep their shapes
         assert any(room.predicted for room in partial if room.id in before.keys() & {*mapper.state.waiting})
+
+    def test_long_rooms_and_large_readings_leave_less_for_other_shapes(self):
+        """A shape counts as 80 m², and 10 m² for each metre of its room, 400 m² at most."""
+        rooms = [
+            Room(number, box(0, 0, length, 3), partial=True) for number, length in enumerate((40, 10, 60, 4), start=1)
+        ]
+        assert list_waiting(rooms, 700.0) == [3]
+        assert list_waiting(rooms, 580.0) == [3, 4]
+        assert list_waiting(rooms, 300.0) == [1, 3]
+        assert list_waiting(rooms, -50.0) == [1, 2, 3, 4]
 
     def test_a_shape_that_waits_overlaps_no_other_room(self):
         before = Room(1, box(0, 0, 4, 4), partial=True, predicted=box(0, 0, 8, 4), confidence=0.5)

@@ -88,6 +88,10 @@ def overlap_areas(rooms: NDArray[np.object_], truth: NDArray[np.object_]) -> NDA
     """Area that each room shares with each true room, shape (N, M)."""
     overlaps = np.zeros((len(rooms), len(truth)))
     room, true = STRtree(truth).query(rooms, predicate="intersects")
+    # Most rooms of a map that grows are as before, which is found faster than their intersection
+    is_same = shapely.equals_exact(rooms[room], truth[true])
+    overlaps[room, true] = np.where(is_same, shapely.area(rooms[room]), 0.0)
+    room, true = room[~is_same], true[~is_same]
     overlaps[room, true] = shapely.area(shapely.intersection(rooms[room], truth[true]))
     return overlaps
 

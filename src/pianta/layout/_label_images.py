@@ -21,13 +21,14 @@ Polygons = NDArray[np.object_]
 def grow_mask(mask: Mask, reach: int) -> Mask:
     """The mask, shape (H, W), and all cells at most reach rows and columns away from it."""
     square = np.ones((2 * reach + 1, 2 * reach + 1), np.uint8)
-    return np.asarray(cv2.dilate(mask.astype(np.uint8), square), bool)
+    return np.asarray(cv2.dilate(mask.view(np.uint8), square)).view(bool)
 
 
 def shrink_mask(mask: Mask, reach: int) -> Mask:
     """The mask, shape (H, W), without cells at most reach rows and columns away from one outside it, or the edge."""
     square = np.ones((2 * reach + 1, 2 * reach + 1), np.uint8)
-    return np.asarray(cv2.erode(mask.astype(np.uint8), square, borderValue=0, borderType=cv2.BORDER_CONSTANT), bool)
+    shrunk = cv2.erode(mask.view(np.uint8), square, borderValue=0, borderType=cv2.BORDER_CONSTANT)
+    return np.asarray(shrunk).view(bool)
 
 
 def nearest_labels(labels: Labels, *, background: int) -> tuple[Labels, NDArray[np.float32]]:

@@ -15,7 +15,7 @@ from shapely import Polygon, STRtree
 from pianta._types import Floats, Indices, Mask
 from pianta.errors import MapError
 from pianta.floor import Floor
-from pianta.gridmap import FREE, OCCUPIED, UNKNOWN, GridMap
+from pianta.gridmap import FREE, MAX_FREE, MIN_OCCUPIED, OCCUPIED, UNKNOWN, GridMap
 from pianta.layout.parameters import StructureParameters
 from pianta.layout.structure.frontiers import is_partial_room
 from pianta.layout.structure.tiles import Tile, join_tiles, make_rectangle
@@ -36,6 +36,11 @@ COARSE_CELL = 0.2  # m: cells in which groups of changes, and walls that have mo
 BLOCK = 16.0  # m: walls in squares with this side move together
 MAX_MOTION = 1.0  # m that a loop closure moves walls
 EMPTY_FLOOR = Floor((), ())
+# Free, occupied or unknown, as bytes, for each byte of a map's cells; a table is faster than comparisons
+_VALUES = np.arange(256)
+CLASSES = np.full(256, UNKNOWN, np.int8).view(np.uint8)
+CLASSES[(_VALUES >= FREE) & (_VALUES <= MAX_FREE)] = FREE
+CLASSES[(_VALUES >= MIN_OCCUPIED) & (_VALUES <= OCCUPIED)] = OCCUPIED
 
 Box = tuple[int, int, int, int]  # top, left, bottom, right, cells
 
@@ -64,29 +69,32 @@ def put_on_grid(previous: GridMap, grid: GridMap) -> NDArray[np.int8]:
 
 def classify_cells(grid: GridMap) -> NDArray[np.int8]:
     """Free, occupied or unknown, for each cell; shape (H, W)."""
-    cells = np.full(grid.shape, UNKNOWN, np.int8)
-    cells[grid.free], cells[grid.occupied] = FREE, OCCUPIED
-    return cells
+    cells: NDArray[np.uint8] = np.asarray(cv2.LUT(grid.cells.view(np.uint8), CLASSES))
+    return cells.view(np.int8)
 
 
 def list_windows(grid: GridMap, changed: Mask, floor: Floor) -> list[Box]:
     """The cores of windows around changed cells, shape (H, W): disjoint, with changed rooms that are not too long."""
     margin, size = (ceil(length / grid.resolution) for length in (CORE_MARGIN, COARSE_CELL))
     gap = ceil(MIN_GAP / (size * grid.resolution))
-    count, groups = cv2.connectedComponents(cv2.dilate(_shrink(changed, size), np.ones((gap, gap))).astype(np.uint8))
-    rows, cols = np.nonzero(changed)
-    group_of_cell = groups[rows // size, cols // size]
+    squares = _shrink(changed, size)
+    count, groups = cv2.connectedComponents(cv2.dilate(squares, np.ones((gap, gap))).astype(np.uint8))
+    rows, cols = np.nonzero(squares)
+    group_of_square = groups[rows, cols]
     boxes = []
     for group in range(1, count):
-        own = group_of_cell == group
-        (top, bottom), (left, right) = ((each[own].min(), each[own].max() + 1) for each in (rows, cols))
-        box = (int(top) - margin, int(left) - margin, int(bottom) + margin, int(right) + margin)
-        boxes.append(_extend_to_rooms(box, grid, floor))
+        own = group_of_square == group
+        (top, bottom), (left, right) = (
+            (int(each[own].min()) * size, (int(each[own].max()) + 1) * size) for each in (rows, cols)
+        )
+        boxes.append(_extend_to_rooms((top - margin, left - margin, bottom + margin, right + margin), grid, floor))
     return _join_boxes(boxes, grid.shape)
 
 
 def choose_windows(grid: GridMap, changed: Mask, floor: Floor, windows: Sequence[Box], max_area: float) -> list[Box]:
     """The windows, or parts of them that see at most an area together, where most has changed; one part at least.
+
+    If the first part sees more with its rooms, those that need most are left out, and put together from parts.
 
     changed: cells, shape (H, W). windows: those of `list_windows`. max_area: m² of cells that are not unknown.
     """
@@ -104,9 +112,16 @@ def choose_windows(grid: GridMap, changed: Mask, floor: Floor, windows: Sequence
     for top, left, bottom, right, _ in squares[:MAX_PARTS]:
         box = (top - margin, left - margin, bottom + margin, right + margin)
         longer = _join_boxes([*chosen, _extend_to_rooms(box, grid, floor)], grid.shape)
-        if not chosen or counts.measure(longer) <= max_area:
+        if counts.measure(longer) <= max_area:
             chosen = longer
+        elif not chosen:
+            chosen = _join_boxes([_extend_to_rooms(box, grid, floor, counts, max_area)], grid.shape)
     return chosen
+
+
+def measure_seen_area(grid: GridMap, windows: Sequence[Box]) -> float:
+    """The area that windows see with what is around them, m² of cells that are not unknown."""
+    return _SeenCells(grid).measure(windows)
 
 
 def read_windows(grid: GridMap, windows: Sequence[Box], previous: Floor, read: Callable[[GridMap], Floor]) -> Floor:
@@ -204,10 +219,9 @@ def measure_wall_agreement(cells: NDArray[np.int8], before: NDArray[np.int8], re
 
 def _shrink(cells: Mask, size: int) -> NDArray[np.float32]:
     """1 for squares of cells of which one is set, else 0."""
-    rows, cols = np.nonzero(cells)
-    squares = np.zeros([-(-length // size) for length in cells.shape], np.float32)
-    squares[rows // size, cols // size] = 1
-    return squares
+    # Each cell has the maximum of the square that begins there
+    squares = cv2.dilate(cells.astype(np.uint8), np.ones((size, size), np.uint8), anchor=(0, 0))
+    return squares[::size, ::size].astype(np.float32)
 
 
 class _SeenCells:
@@ -236,12 +250,12 @@ def _list_squares(grid: GridMap, changed: Mask) -> list[tuple[int, int, int, int
     squares = []
     for top in range(0, grid.shape[0], side):
         for left in range(0, grid.shape[1], side):
-            rows, cols = np.nonzero(changed[top : top + side, left : left + side])
-            if len(rows):
-                (first_row, last_row), (first_col, last_col) = (
-                    (int(each.min()), int(each.max())) for each in (rows, cols)
-                )
-                squares.append((top + first_row, left + first_col, top + last_row + 1, left + last_col + 1, len(rows)))
+            part = changed[top : top + side, left : left + side]
+            count = int(np.count_nonzero(part))
+            if count:
+                rows, cols = (np.flatnonzero(part.any(axis=axis)) for axis in (1, 0))
+                ends = top + int(rows[0]), left + int(cols[0]), top + int(rows[-1]) + 1, left + int(cols[-1]) + 1
+                squares.append((*ends, count))
     return squares
 
 
@@ -258,17 +272,35 @@ def _cut_tile(grid: GridMap, window: Box, bounds: Polygon) -> Tile:
     return Tile(part, make_rectangle(grid, window), rectangle, rectangle.boundary.difference(bounds.boundary))
 
 
-def _extend_to_rooms(box: Box, grid: GridMap, floor: Floor) -> Box:
-    """A box that has all of the rooms that it meets, but for long ones."""
+def _extend_to_rooms(
+    box: Box, grid: GridMap, floor: Floor, counts: _SeenCells | None = None, max_area: float = np.inf
+) -> Box:
+    """A box that has all of the rooms that it meets, but for long ones.
+
+    With counts, as long as it sees at most an area, m²; the rooms that need least come first.
+    """
     rectangle = make_rectangle(grid, box)
     margin = ceil(CORE_MARGIN / grid.resolution)
-    top, left, bottom, right = box
+    larger = []
     for room in floor:
         if _is_inside(room.polygon) and room.polygon.intersects(rectangle):
             rows, cols = grid.map_to_pixel(*shapely.get_coordinates(room.polygon).T)
-            top, left = min(top, int(rows.min()) - margin), min(left, int(cols.min()) - margin)
-            bottom, right = max(bottom, ceil(rows.max()) + margin), max(right, ceil(cols.max()) + margin)
-    return top, left, bottom, right
+            top, left = int(rows.min()) - margin, int(cols.min()) - margin
+            larger.append(_surround(box, (top, left, ceil(rows.max()) + margin, ceil(cols.max()) + margin)))
+    for each in sorted(larger, key=_count_cells):
+        extended = _surround(box, each)
+        if counts is None or counts.measure([extended]) <= max_area:
+            box = extended
+    return box
+
+
+def _surround(box: Box, other: Box) -> Box:
+    """The smallest box with both boxes."""
+    return min(box[0], other[0]), min(box[1], other[1]), max(box[2], other[2]), max(box[3], other[3])
+
+
+def _count_cells(box: Box) -> int:
+    return (box[2] - box[0]) * (box[3] - box[1])
 
 
 def _is_inside(outline: Polygon) -> bool:
@@ -292,8 +324,7 @@ def _join_boxes(boxes: Sequence[Box], shape: tuple[int, int]) -> list[Box]:
             separate.append(box)
         else:
             separate.remove(other)
-            first, last = (np.array([box, other])[:, part] for part in (slice(2), slice(2, None)))
-            pending.append((*first.min(axis=0).tolist(), *last.max(axis=0).tolist()))
+            pending.append(_surround(box, other))
     return sorted(separate)
 
 

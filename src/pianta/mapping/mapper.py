@@ -33,6 +33,7 @@ from pianta.mapping.changed_parts import (
     have_same_frame,
     list_cuts,
     list_windows,
+    measure_seen_area,
     measure_wall_agreement,
     put_on_grid,
     read_windows,
@@ -96,14 +97,16 @@ class MapUpdate:
 
 @dataclass(frozen=True)
 class _NewReading:
-    """The floor of a map, with the ids of before. share: of the seen cells, that was read.
+    """The floor of a map, with the ids of before.
 
+    share: of the seen cells, that was read. area: with what windows see around them, m²; inf for the whole map.
     changed: x, y of the changed cells that were read, shape (N, 2); None for all. as_read: the map, with the cells that
     wait to be read as they were before; None if none wait.
     """
 
     floor: Floor
     share: float = 1.0
+    area: float = np.inf
     changed: Floats | None = None
     is_same_building: bool = True
     is_same_frame: bool = True
@@ -230,8 +233,8 @@ class Mapper:
         floor, types = reading.floor, {} if before is None else before.types
         waiting: tuple[int, ...] = ()
         if self.predict_partial:
-            read_area = reading.share * np.count_nonzero(~grid.unknown) * grid.resolution**2
-            floor, waiting = predict_shapes(floor, reading.as_read or grid, before, reading.changed, read_area)
+            area = None if self.max_read_area is None else reading.area
+            floor, waiting = predict_shapes(floor, reading.as_read or grid, before, reading.changed, area)
         # What kind of building it is (chapter 6), and what each room is for (chapters 4 and 5): beliefs over readings
         if self.labels and reading.share:
             floor, types = self._believe(floor, before)
@@ -411,7 +414,7 @@ class Mapper:
             is_changed = cells != before
             windows = list_windows(grid, is_changed, state.floor)
             if not windows:
-                return _NewReading(state.floor, 0.0, np.zeros((0, 2)), tried=state.tried)
+                return _NewReading(state.floor, 0.0, 0.0, np.zeros((0, 2)), tried=state.tried)
             if self._has_parts(grid, cells, before, windows):
                 parts = choose_windows(grid, is_changed, state.floor, windows, self.max_read_area or np.inf)
                 is_read = _mark(parts, grid.shape)
@@ -428,7 +431,8 @@ class Mapper:
                 return _NewReading(
                     round_floor(floor),
                     _measure_share(cells, parts),
-                    _list_points(grid, is_changed & is_read),
+                    measure_seen_area(grid, parts),
+                    _list_points(grid, is_changed, parts),
                     as_read=as_read if has_rest or cuts else None,
                     tried=state.tried | cuts.keys(),
                 )
@@ -502,10 +506,13 @@ def _mark(windows: Sequence[Box], shape: tuple[int, int]) -> Mask:
     return inside
 
 
-def _list_points(grid: GridMap, cells: Mask) -> Floats:
-    """x, y of the middles of cells, shape (N, 2)."""
-    rows, cols = np.nonzero(cells)
-    return np.column_stack(grid.pixel_to_map(rows + 0.5, cols + 0.5))
+def _list_points(grid: GridMap, cells: Mask, windows: Sequence[Box]) -> Floats:
+    """x, y of the middles of cells in windows, shape (N, 2)."""
+    inside = [
+        np.argwhere(cells[top:bottom, left:right]) + np.array([top + 0.5, left + 0.5])
+        for top, left, bottom, right in windows
+    ]
+    return np.column_stack(grid.pixel_to_map(*np.concatenate(inside).T))
 
 
 def _measure_share(cells: NDArray[np.int8], windows: Sequence[Box]) -> float:

@@ -5,6 +5,7 @@ Section 8.2 of the thesis; what a shape is predicted from is in `pianta.layout.p
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import shapely
@@ -19,20 +20,26 @@ from pianta.mapping.state import MapState
 
 # All chosen by hand.
 SHAPE_MARGIN = 0.3  # m around a predicted shape, in which nothing has changed if it stays
-# Shapes that an update predicts, and one that reads a large area, which takes long itself; the first one has no limit.
-MAX_PREDICTED = 3
-MAX_AFTER_LARGE = 1
-LARGE_AREA = 100.0  # m²
+# What an update may read and predict, as an area, m². A shape counts as much as this area, and more for each metre of
+# its room, up to a limit, as longer rooms are drawn in larger cells.
+MAX_COST = 600.0
+SHAPE_COST = 80.0
+LENGTH_COST = 10.0
+MAX_SHAPE_COST = 400.0
 MAX_OVERLAP = 0.01  # of a predicted shape with other rooms, up to which it stays while it waits
 
 
 def predict_shapes(
-    floor: Floor, grid: GridMap, before: MapState | None, changed: Floats | None, read_area: float
+    floor: Floor,
+    grid: GridMap,
+    before: MapState | None,
+    changed: Floats | None,
+    read_area: float | None,
 ) -> tuple[Floor, tuple[int, ...]]:
     """The floor with predicted shapes of partial rooms, and the ids of those whose shape waits for another update.
 
     Where nothing has changed, the shapes before stay. changed: x, y of the changed cells, shape (N, 2); None for all.
-    read_area: that the update has read, m².
+    read_area: that the update has read, with what its windows see around them, m²; None for an update without a limit.
     """
     old = {room.id: room for room in before.floor} if before and have_same_frame(grid, before.grid) else {}
     waiting = () if before is None else before.waiting
@@ -43,8 +50,11 @@ def predict_shapes(
     }
     pending = [room.id for room in floor if room.partial and room.id not in same]
     pending.sort(key=lambda room_id: waiting.index(room_id) if room_id in waiting else len(waiting))
-    most = MAX_PREDICTED if read_area <= LARGE_AREA else MAX_AFTER_LARGE
-    left = () if before is None else tuple(pending[most:])
+    left: list[int] = []
+    if before is not None and read_area is not None:
+        # The reading of a whole map has no limit, and one shape at least is predicted after it
+        budget = max(MAX_COST - read_area, MAX_SHAPE_COST if changed is None else 0.0)
+        left = list_waiting([floor[room_id] for room_id in pending], budget)
     same |= {room_id: let_wait(floor[room_id], old.get(room_id), floor) for room_id in left}
     # What was predicted before counts as a room
     rooms = [replace(strip_predictions(same[room.id]), partial=False) if room.id in same else room for room in floor]
@@ -52,7 +62,20 @@ def predict_shapes(
     rooms = [replace(room, polygon=shapes.get(room.id, room.polygon)) for room in rooms]
     predicted = predict_partial_rooms(replace(floor, rooms=tuple(rooms)), grid)
     rooms = [same.get(room.id, new) for room, new in zip(floor, predicted, strict=True)]
-    return round_floor(replace(floor, rooms=tuple(rooms))), left
+    return round_floor(replace(floor, rooms=tuple(rooms))), tuple(left)
+
+
+def list_waiting(rooms: Sequence[Room], budget: float) -> list[int]:
+    """The ids of the rooms whose shapes have to wait, in the order of the rooms. budget: for the others, m²."""
+    waiting = []
+    for room in rooms:
+        x0, y0, x1, y1 = room.polygon.bounds
+        cost = min(SHAPE_COST + LENGTH_COST * max(x1 - x0, y1 - y0), MAX_SHAPE_COST)
+        if cost <= budget:
+            budget -= cost
+        else:
+            waiting.append(room.id)
+    return waiting
 
 
 def _keep_shape(room: Room, before: Room | None, changed: Floats | None) -> Room | None:
@@ -60,7 +83,10 @@ def _keep_shape(room: Room, before: Room | None, changed: Floats | None) -> Room
     if not room.partial or before is None or before.predicted is None or changed is None:
         return None
     near = before.predicted.buffer(SHAPE_MARGIN)
-    if not near.contains(room.polygon) or shapely.contains_xy(near, changed).any():
+    x0, y0, x1, y1 = near.bounds
+    x, y = changed.T
+    is_near = (x >= x0) & (x <= x1) & (y >= y0) & (y <= y1)
+    if not near.contains(room.polygon) or shapely.contains_xy(near, changed[is_near]).any():
         return None
     return _extend_shape(room, before)
 

@@ -65,15 +65,19 @@ def choose_shape(scene: RoomScene, hypotheses: Sequence[Hypothesis], probability
     probability: of each cell of the scene. The first of the hypotheses is the observed part.
     """
     probable = find_probable_cells(scene, probability)
-    shapes = [_reach_walls(scene, each) for each in hypotheses]
-    similarity = np.array(
-        [_measure_iou(probable, cells, each.window) for cells, each in zip(shapes, hypotheses, strict=True)]
-    )
+    similarity = np.array([_measure_similarity(scene, probable, each) for each in hypotheses])
     best = 0 if similarity[0] >= SAME_IOU else int(similarity.argmax())
     if similarity[best] < SAME_IOU:
         return probable
     chosen = hypotheses[best]
-    return Shape(chosen.cells, chosen.window, expect_iou(probability, shapes[best], chosen.window))
+    return Shape(chosen.cells, chosen.window, expect_iou(probability, _reach_walls(scene, chosen), chosen.window))
+
+
+def _measure_similarity(scene: RoomScene, probable: Shape, hypothesis: Hypothesis) -> float:
+    """IoU of a hypothesis, which reaches walls, with the probable cells; 0 if it is too large for the least one."""
+    if np.count_nonzero(hypothesis.cells) * SAME_IOU > np.count_nonzero(probable.cells):
+        return 0.0
+    return _measure_iou(probable, _reach_walls(scene, hypothesis), hypothesis.window)
 
 
 def find_probable_cells(scene: RoomScene, probability: Floats) -> Shape:

@@ -12,7 +12,7 @@ import numpy as np
 from scipy import ndimage
 
 from pianta._types import Floats, Indices, Mask
-from pianta.layout._label_images import grow_mask, shrink_mask
+from pianta.layout._label_images import shrink_mask
 from pianta.layout.partial.scene import NEAR_DISTANCE, Bounds, RoomScene, Window, find_bounds
 
 # The constants of the hypotheses and of their features were chosen by hand before the model was fitted to them.
@@ -250,15 +250,14 @@ def _bound_strip(scene: RoomScene, side: Side) -> Bounds:
 def _fill(scene: RoomScene, window: Window, rectangle: Bounds) -> Mask:
     """The observed cells, and those of a rectangle that the frontier reaches without crossing walls or other rooms."""
     observed = scene.observed[window]
-    rest = _draw(window, rectangle) & ~observed & ~scene.blocked[window]
+    rest = _draw(window, rectangle) & scene.possible[window]
     reach = max(1, round(SLIVER_WIDTH / scene.view.cell / 2))
     square = np.ones((2 * reach + 1, 2 * reach + 1), np.uint8)
-    thick = cv2.morphologyEx((rest | observed).astype(np.uint8), cv2.MORPH_OPEN, square).astype(bool) & rest
-    _, parts = cv2.connectedComponents(thick.astype(np.uint8), connectivity=4)
-    touched = np.unique(parts[grow_mask(scene.frontier[window], 1) & thick])
-    chosen = np.zeros(parts.max() + 1, bool)
-    chosen[touched] = True
-    chosen[0] = False
+    opened = cv2.morphologyEx((rest | observed).view(np.uint8), cv2.MORPH_OPEN, square)
+    thick = np.asarray(opened).view(bool) & rest
+    count, parts = cv2.connectedComponents(thick.view(np.uint8), connectivity=4)
+    chosen = np.zeros(count, bool)
+    chosen[parts[scene.near_frontier[window] & thick]] = True
     return np.asarray(observed | chosen[parts])
 
 

@@ -29,6 +29,8 @@ Bounds: TypeAlias = tuple[int, int, int, int]
 MIN_CELL = 0.1
 # Cells along a side of a scene, at most; a limit of memory.
 MAX_CELLS = 900
+# Cells along a side of the room; longer ones are drawn in larger cells, a limit of time.
+MAX_ROOM_CELLS = 300
 # Surroundings of the room in a scene; metres.
 SURROUNDINGS = 20.0
 # Distance from the room over which the weight of a wall for the main direction falls to 1/e; metres.
@@ -142,6 +144,16 @@ class RoomScene:
     def blocked(self) -> Mask:
         """Cells that the room cannot contain."""
         return np.asarray((self.others | self.walls) & ~self.observed)
+
+    @cached_property
+    def possible(self) -> Mask:
+        """Cells beyond the observed ones that the room can contain."""
+        return ~(self.blocked | self.observed)
+
+    @cached_property
+    def near_frontier(self) -> Mask:
+        """The frontier and the cells beside it, shape (H, W)."""
+        return grow_mask(self.frontier, 1)
 
     @property
     def near(self) -> int:
@@ -273,9 +285,10 @@ def find_main_direction(floor: Floor | FloorIndex, room: Room) -> float:
 
 def make_view(room: Room, angle: float, grid: GridMap) -> View:
     """The view around a room whose walls have the direction of an angle; the room is in its middle."""
-    view = View(angle, np.zeros(2), (1, 1), max(MIN_CELL, grid.resolution))
-    pixels = view.from_map(shapely.get_coordinates(room.polygon))
-    low, high = pixels.min(axis=0), pixels.max(axis=0)
+    metres = View(angle, np.zeros(2), (1, 1), 1.0).from_map(shapely.get_coordinates(room.polygon))
+    extent = float(np.ptp(metres, axis=0).max())
+    view = View(angle, np.zeros(2), (1, 1), max(MIN_CELL, grid.resolution, extent / MAX_ROOM_CELLS))
+    low, high = metres.min(axis=0) / view.cell, metres.max(axis=0) / view.cell
     reach = min(SURROUNDINGS / view.cell, max(0.0, (MAX_CELLS - float((high - low).max())) / 2))
     half = np.ceil((high - low) / 2 + reach).astype(int)
     corner = ((low + high) / 2 - half) * view.cell
@@ -314,7 +327,14 @@ class ObservedCells:
 
     def sample(self, view: View) -> tuple[Mask, Mask, Mask]:
         """Occupied, wall and unknown cells in a view, shape (H, W) each; those beyond the map are unknown."""
-        bits = view.sample(self.bits, self.grid, beyond=UNKNOWN)
+        cells, base = self.bits, max(MIN_CELL, self.grid.resolution)
+        # The obstacles are grown for cells of the smallest size
+        reach = round((view.cell - base) / 2 / self.grid.resolution)
+        if reach:
+            cells = np.bitwise_and(cells, UNKNOWN, dtype=np.uint8)
+            for bit in (OCCUPIED, WALL):
+                cells[grow_mask((self.bits & bit) > 0, reach)] |= bit
+        bits = view.sample(cells, self.grid, beyond=UNKNOWN)
         return (bits & OCCUPIED).astype(bool), (bits & WALL).astype(bool), (bits & UNKNOWN).astype(bool)
 
 
