@@ -2,12 +2,14 @@
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from pianta.errors import OptionError
 from pianta.mapping.events import Event, EventKind
 from pianta_bench.harness.records import Results
 from pianta_bench.online import measure as online
+from pianta_bench.online.figures import draw_curves, save_figures
 from pianta_bench.online.measure import LABEL_BELIEF, ROOMS, TYPE_BELIEF, name_stage
 from pianta_bench.online.tables import tabulate
 from tests.command_line import run_pianta
@@ -43,6 +45,29 @@ def test_a_school_has_figures_at_each_share_and_at_the_end(measured: Results) ->
     for metric in (online.RATIO, online.COST, online.LONGER):
         assert measured.values(metric=metric)[0] > 0
     assert {record["metric"] for record in measured.records} >= {LABEL_BELIEF, TYPE_BELIEF}
+
+
+@pytest.mark.slow
+def test_curves_have_each_metric_at_each_share(measured: Results, tmp_path: Path) -> None:
+    rights, expected, cost = draw_curves(measured).axes
+    for ax, names in (
+        (rights, ["rooms F1", "doors F1", "labels right", "type right"]),
+        (expected, ["behind doors right", "expected rooms, error"]),
+        (cost, ["update, s"]),
+    ):
+        assert [line.get_label() for line in ax.lines] == names
+    shares, rooms = (np.asarray(each) for each in rights.lines[0].get_data())
+    assert shares.tolist() == pytest.approx([10, 20, 25, 30, 40, 50, 60, 70, 75, 80, 90, 100])
+    assert rooms[-1] == pytest.approx(100 * measured.values(metric="rooms F1 at 100%")[0])
+    save_figures(measured, tmp_path)
+    assert [path.name for path in tmp_path.iterdir()] == ["curves.png"]
+
+
+def test_shares_that_were_passed_are_taken_once() -> None:
+    stages = [0.1, 0.2, 0.3, 1.0]
+    assert online._take_passed(stages, 0.05) == []
+    assert online._take_passed(stages, 0.2) == [0.1, 0.2]
+    assert stages == [0.3, 1.0]
 
 
 @pytest.mark.slow

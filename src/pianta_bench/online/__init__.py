@@ -28,7 +28,7 @@ BENCH = Bench(
     what it reads from its map. Models are learned from the other buildings. A
     building that fails does not count; the exit code is then 1.
     """,
-    examples=("pianta bench online", "pianta bench online --item sabadell1 --item franch1"),
+    examples=("pianta bench online", "pianta bench online --item sabadell1 --item franch1 --pictures new"),
     options={
         "data": (Data, None),
         "type": (Type, "school"),
@@ -37,4 +37,5 @@ BENCH = Bench(
         "jobs": (TimedJobs, 1),
         "seed": (Seed, 0),
     },
+    pictures="curves.png, what is right over the way and what updates cost",
 )

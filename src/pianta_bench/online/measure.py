@@ -37,7 +37,8 @@ from pianta_bench.harness.parallel import run_steps
 from pianta_bench.harness.records import Figures, Results, Track
 from pianta_bench.online import MOST_ROOMS
 
-STAGES = (0.25, 0.5, 0.75, 1.0)  # of the area that the robot observes, at which figures are taken
+STAGES = (0.25, 0.5, 0.75, 1.0)  # of the area that the robot observes, at which the last map is also read as a whole
+CURVE = tuple(sorted({*STAGES, *(tenth / 10 for tenth in range(1, 11))}))  # at which figures are taken
 SHARE_DRIVEN = 0.9  # of the area, to which metres are compared
 FES = "F/C/E/S"
 MIN_SEEN = 0.5  # of a true room, for it to count
@@ -51,7 +52,7 @@ METRES_MAP, METRES_PERFECT, LONGER = "metres to 90 %", "metres to 90 %, perfect"
 LABEL_BELIEF, TYPE_BELIEF = "belief in labels", "belief in types"
 # Of the room behind an unopened door; by the mean shares of labels on the floors of the model, the same at all doors
 END_BELIEF, END_BASELINE = "belief behind doors", "mean shares behind doors"
-SIZE = "expected rooms, error"
+SIZE, BEHIND = "expected rooms, error", "behind doors right"
 
 Belief: TypeAlias = tuple[str, float, bool]  # metric, probability of the likeliest answer, whether that is right
 
@@ -146,9 +147,10 @@ def _explore_twice(building: _Building, beliefs: list[Belief]) -> Iterator[Figur
 def _follow(mapper: Mapper, run: Exploration, compared: _Compared, beliefs: list[Belief]) -> Iterator[Figures]:
     """Figures of a mapper that gets the maps of a run, at the shares of STAGES and at the end."""
     history: list[_Comparison] = []
-    stages, readings, final = [*STAGES], [], None
+    stages, readings, final = [*CURVE], [], None
     changed, last = 0, len(run.distance) - 1
     seconds: list[float] = []
+    since = 0  # the updates before the last stage
     for scan in choose_update_scans(run):
         grid = run.map_at(scan)
         try:
@@ -161,8 +163,12 @@ def _follow(mapper: Mapper, run: Exploration, compared: _Compared, beliefs: list
         changed += _count_changed_ids(history[-1].ids if history else {}, comparison.ids, update.events)
         history.append(comparison)
         beliefs += comparison.beliefs
-        while stages and comparison.share >= stages[0] - TOLERANCE:
-            yield _describe_stage(comparison, stages.pop(0))
+        passed = _take_passed(stages, comparison.share)
+        for stage in passed:
+            yield _describe_stage(comparison, stage)
+            yield {name_stage(COST, stage): float(np.mean(seconds[since:]))}
+        since = len(seconds) if passed else since
+        for _ in {*passed} & {*STAGES}:
             start = process_time()
             reading = Mapper(room_model=mapper.room_model, type_model=mapper.type_model).update(grid)
             readings.append(process_time() - start)
@@ -181,17 +187,34 @@ def _follow(mapper: Mapper, run: Exploration, compared: _Compared, beliefs: list
 
 
 def _follow_ends(mapper: Mapper, run: Exploration, compared: _Compared, beliefs: list[Belief]) -> Iterator[Figures]:
-    """How wrong the expected number of rooms is at the shares of STAGES; beliefs get those of what is behind doors."""
-    stages, true_rooms = [*STAGES], len(compared.truth)
+    """How wrong the expected number of rooms is, and how much behind doors is right since the last share of CURVE.
+
+    beliefs get those of what is behind doors.
+    """
+    stages, true_rooms = [*CURVE], len(compared.truth)
+    behind: list[bool] = []
     for scan in choose_update_scans(run):
         try:
             update = mapper.update(run.map_at(scan))
         except MapError:
             continue  # the robot has hardly started
-        beliefs += compared.rate_ends(update)
-        while stages and run.share[scan] / run.share[-1] >= stages[0] - TOLERANCE:
+        rated = [*compared.rate_ends(update)]
+        beliefs += rated
+        behind += [is_right for metric, _, is_right in rated if metric == END_BELIEF]
+        passed = _take_passed(stages, float(run.share[scan] / run.share[-1]))
+        for stage in passed:
             expected = update.prediction.rooms.mean if update.prediction else len(update.floor)
-            yield {name_stage(SIZE, stages.pop(0)): abs(expected - true_rooms) / true_rooms}
+            yield {name_stage(SIZE, stage): abs(expected - true_rooms) / true_rooms}
+            yield {name_stage(BEHIND, stage): float(np.mean(behind)) if behind else None}
+        if passed:
+            behind.clear()
+
+
+def _take_passed(stages: list[float], share: float) -> list[float]:
+    """The stages up to a share of the area, which are removed; stages: in order."""
+    passed = [stage for stage in stages if share >= stage - TOLERANCE]
+    del stages[: len(passed)]
+    return passed
 
 
 def _update(mapper: Mapper, grid: GridMap, seconds: list[float]) -> MapUpdate:
