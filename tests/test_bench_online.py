@@ -63,10 +63,10 @@ def test_curves_have_each_metric_at_each_share(measured: Results, tmp_path: Path
     assert [path.name for path in tmp_path.iterdir()] == ["curves.png"]
 
 
-def test_shares_that_were_passed_are_taken_once() -> None:
+def test_each_share_that_was_passed_counts_once() -> None:
     stages = [0.1, 0.2, 0.3, 1.0]
-    assert online._take_passed(stages, 0.05) == []
-    assert online._take_passed(stages, 0.2) == [0.1, 0.2]
+    assert online._pop_passed(stages, 0.05) == []
+    assert online._pop_passed(stages, 0.2) == [0.1, 0.2]
     assert stages == [0.3, 1.0]
 
 

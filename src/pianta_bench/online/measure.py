@@ -163,7 +163,7 @@ def _follow(mapper: Mapper, run: Exploration, compared: _Compared, beliefs: list
         changed += _count_changed_ids(history[-1].ids if history else {}, comparison.ids, update.events)
         history.append(comparison)
         beliefs += comparison.beliefs
-        passed = _take_passed(stages, comparison.share)
+        passed = _pop_passed(stages, comparison.share)
         for stage in passed:
             yield _describe_stage(comparison, stage)
             yield {name_stage(COST, stage): float(np.mean(seconds[since:]))}
@@ -201,7 +201,7 @@ def _follow_ends(mapper: Mapper, run: Exploration, compared: _Compared, beliefs:
         rated = [*compared.rate_ends(update)]
         beliefs += rated
         behind += [is_right for metric, _, is_right in rated if metric == END_BELIEF]
-        passed = _take_passed(stages, float(run.share[scan] / run.share[-1]))
+        passed = _pop_passed(stages, float(run.share[scan] / run.share[-1]))
         for stage in passed:
             expected = update.prediction.rooms.mean if update.prediction else len(update.floor)
             yield {name_stage(SIZE, stage): abs(expected - true_rooms) / true_rooms}
@@ -210,7 +210,7 @@ def _follow_ends(mapper: Mapper, run: Exploration, compared: _Compared, beliefs:
             behind.clear()
 
 
-def _take_passed(stages: list[float], share: float) -> list[float]:
+def _pop_passed(stages: list[float], share: float) -> list[float]:
     """The stages up to a share of the area, which are removed; stages: in order."""
     passed = [stage for stage in stages if share >= stage - TOLERANCE]
     del stages[: len(passed)]
