@@ -416,26 +416,7 @@ class Mapper:
             if not windows:
                 return _NewReading(state.floor, 0.0, 0.0, np.zeros((0, 2)), tried=state.tried)
             if self._has_parts(grid, cells, before, windows):
-                parts = choose_windows(grid, is_changed, state.floor, windows, self.max_read_area or np.inf)
-                is_read = _mark(parts, grid.shape)
-                # What waits is seen as it was before, so that all windows see the same
-                as_read = replace(grid, cells=np.where(is_read, cells, before))
-                bare = replace(state.floor, rooms=tuple(map(strip_predictions, state.floor)))
-                floor = read_windows(as_read, parts, bare, read)
-                floor = keep_room_ids(floor, state.floor, earlier=state.earlier, is_same_frame=True)
-                has_rest = bool((is_changed & ~is_read).any())
-                # Where a room may have been read as two, the next update reads it again, once
-                cuts = {} if self.max_read_area is None else list_cuts(floor, as_read, parts, without=state.tried)
-                if cuts:
-                    as_read = forget_cells(as_read, np.concatenate([*cuts.values()]))
-                return _NewReading(
-                    round_floor(floor),
-                    _measure_share(cells, parts),
-                    measure_seen_area(grid, parts),
-                    _list_points(grid, is_changed, parts),
-                    as_read=as_read if has_rest or cuts else None,
-                    tried=state.tried | cuts.keys(),
-                )
+                return self._read_parts(grid, before, windows, state)
         floor = read(grid)
         is_same_frame = before is not None and _has_same_walls(cells, before)
         if is_same_frame or _is_same_building(floor, state.floor):
@@ -445,6 +426,33 @@ class Mapper:
         last_id = max(each.last_id for each in (state.floor, *state.earlier))
         floor = keep_room_ids(floor, replace(EMPTY_FLOOR, last_id=last_id))
         return _NewReading(round_floor(floor), is_same_building=False, is_same_frame=False)
+
+    def _read_parts(
+        self, grid: GridMap, before: NDArray[np.int8], windows: Sequence[Box], state: MapState
+    ) -> _NewReading:
+        """The floor before, of which windows are read again, or parts of them that are not above the limit."""
+        cells, read = classify_cells(grid), partial(find_rooms, method=DEFAULT_METHOD)
+        is_changed = cells != before
+        parts = choose_windows(grid, is_changed, state.floor, windows, self.max_read_area or np.inf)
+        is_read = _mark(parts, grid.shape)
+        # What waits is seen as it was before, so that all windows see the same
+        as_read = replace(grid, cells=np.where(is_read, cells, before))
+        bare = replace(state.floor, rooms=tuple(map(strip_predictions, state.floor)))
+        floor = read_windows(as_read, parts, bare, read)
+        floor = keep_room_ids(floor, state.floor, earlier=state.earlier, is_same_frame=True)
+        has_rest = bool((is_changed & ~is_read).any())
+        # Where a room may have been read as two, the next update reads it again, once
+        cuts = {} if self.max_read_area is None else list_cuts(floor, as_read, parts, without=state.tried)
+        if cuts:
+            as_read = forget_cells(as_read, np.concatenate([*cuts.values()]))
+        return _NewReading(
+            round_floor(floor),
+            _measure_share(cells, parts),
+            measure_seen_area(grid, parts),
+            _list_points(grid, is_changed, parts),
+            as_read=as_read if has_rest or cuts else None,
+            tried=state.tried | cuts.keys(),
+        )
 
     def _has_parts(
         self, grid: GridMap, cells: NDArray[np.int8], before: NDArray[np.int8], windows: Sequence[Box]
