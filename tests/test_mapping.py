@@ -303,7 +303,17 @@ class TestUpdates:
         with pytest.warns(MapWarning, match=r"a map of 4 s came after one of 5 s and is left out; send maps in their"):
             update = mapper.update(grid, time=4.0)
         assert update.events == ()
-        assert mapper.update(grid, time=6.0).events
+        assert mapper.update(grid).events
+        with pytest.warns(MapWarning, match=r"a map of 4 s came after one of 5 s and is left out; send maps in their"):
+            mapper.update(reveal(grid, 0.6), time=4.0)
+        assert len(mapper.floor) == 19
+
+    @pytest.mark.parametrize("time", [float("nan"), float("inf"), "12"])
+    def test_a_time_is_a_number(self, grid, time):
+        mapper = Mapper()
+        with pytest.raises(OptionError, match=r"^time"):
+            mapper.update(grid, time=time)
+        assert mapper.state is None
 
     def test_a_map_without_rooms_leaves_the_mapper_as_it_was(self, grid, run):
         mapper, _ = run
@@ -455,6 +465,11 @@ class TestPatches:
             MapError, match=r"the patch, 2 × 3 cells from row -?\d+, column \d+, is not inside the map of"
         ):
             mapper.update_patch(GridMap(np.zeros((2, 3), np.int8), grid.resolution, (500.0, 0.0, 0.0)))
+        other = (
+            r"the patch has cells of 0\.05 m from 0\.02, 0, 0 \(x, y, yaw\), give cells of the map, of 0\.05 m from "
+        )
+        with pytest.raises(MapError, match=other):
+            mapper.update_patch(GridMap(np.zeros((2, 3), np.int8), grid.resolution, (0.02, 0.0, 0.0)))
 
 
 class TestBadMaps:

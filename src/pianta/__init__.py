@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     from pianta.layout.explanation import explain
     from pianta.layout.parameters import StructureParameters, ThesisParameters
     from pianta.layout.reconstruct import METHODS, reconstruct
-    from pianta.mapping.mapper import Mapper
+    from pianta.mapping.mapper import Mapper, MapUpdate
     from pianta.model_files import load_model
     from pianta.navigation.cleaning import plan_cleaning
     from pianta.navigation.route_graph import build_route_graph
@@ -69,6 +69,7 @@ __all__ = [
     "GridMap",
     "LabelSchema",
     "Link",
+    "MapUpdate",
     "Mapper",
     "ModelFloorPlan",
     "PiantaError",
@@ -130,6 +131,7 @@ _MODULES = {
     "Furniture": "floor",
     "GridMap": "gridmap",
     "LabelSchema": "labels",
+    "MapUpdate": "mapping.mapper",
     "Mapper": "mapping.mapper",
     "Link": "building",
     "ModelFloorPlan": "patterns.model_floor_plan",

@@ -37,7 +37,8 @@ class Event:
     Attributes
     ----------
     kind
-        What has happened.
+        What has happened: "new building", "room found", "rooms joined", "room divided", "room gone", "room complete",
+        "label changed" or "type changed".
     rooms
         The ids of the rooms: the one that was found, is gone, complete or has another label; those that were joined, or
         into which a room was divided, the one that keeps its id first. Empty for the building.

@@ -6,6 +6,7 @@ import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -64,11 +65,13 @@ class MapUpdate:
     ----------
     building
         One storey, with the map. The probabilities of its labels are beliefs; another label or type is announced once
-        it is clearly more probable than the one announced before.
+        it is clearly more probable than the one announced before. A room without an announced label has None as
+        `label`, and its likeliest answers in `labels`.
     events
         What has changed in the building.
     types
-        The belief over types, with "other" for a building of none of them.
+        The belief over types, with "other" for a building of none of them; also if the type was given. The type that
+        is announced, or was given, is in `floor.building_type`.
     read_share
         The share of the seen cells that were read again, 0 … 1.
     ends
@@ -77,8 +80,8 @@ class MapUpdate:
     prediction
         With such a model, the expected size of the floor, and the samples; None if nothing is open.
     waiting_share
-        The share of the cells that have changed and were not read yet, 0 … 1. The next updates read them, also those
-        with the same map.
+        The share of the seen cells that have changed and were not read yet, 0 … 1. The next updates read them, also
+        those with the same map; while more changes than they can read, small changes come last.
     """
 
     building: Building
@@ -140,7 +143,7 @@ class Mapper:
     max_read_area
         The largest area, m² of seen cells, that an update reads, so that its time has a limit: what has changed
         besides waits for the next updates. None for no limit. Without effect on the first map of a building and on a
-        map in another frame, which are read as a whole, and on a single room that is larger.
+        map in another frame, which are read as a whole. A square of 8 m, with what is around it, is always read.
 
     Raises
     ------
@@ -200,7 +203,8 @@ class Mapper:
         grid
             The map. It may be larger or smaller than the last one, and its frame may have moved.
         time
-            When it was made, seconds; None if unknown. A map that is older than the last one changes nothing.
+            When it was made, seconds; None if unknown. A map that is older than the last one with a time changes
+            nothing.
 
         Returns
         -------
@@ -211,6 +215,8 @@ class Mapper:
         ------
         MapError
             The map shows no room, or cannot be read. The mapper stays as it was, and the next map may be better.
+        OptionError
+            The time is no number.
 
         Warns
         -----
@@ -218,6 +224,9 @@ class Mapper:
             The map is older than the last one.
         """
         check_argument(grid, GridMap, "grid", "a GridMap of read_map")
+        check_argument(time, (int, float, type(None)), "time", "seconds, or None")
+        if time is not None and not isfinite(time):
+            raise OptionError(f"time is {time}, give seconds, or None if it is unknown")
         before = self.state
         if before is not None and time is not None and before.time is not None and time < before.time:
             message = (
@@ -248,7 +257,7 @@ class Mapper:
             floor,
             tuple(old[: len(EARLIER_FILES)]),
             types,
-            time,
+            self.state.time if time is None and self.state is not None else time,
             self.building_type,
             waiting,
             reading.as_read,
@@ -263,7 +272,8 @@ class Mapper:
         Parameters
         ----------
         patch
-            Cells in the frame of the last map, and inside it.
+            Cells of the last map: of the same size, in the same directions, from a corner of one of them, and inside
+            the map.
         time
             As of `update`.
 
@@ -275,16 +285,34 @@ class Mapper:
         Raises
         ------
         MapError
-            There is no map yet, or the patch is not inside it; or as of `update`.
+            There is no map yet, or the patch is not inside it, or has other cells; or as of `update`.
+
+        Examples
+        --------
+        The patch has the first 100 rows, from the left to column 200.
+
+        >>> import pianta
+        >>> _, grid = pianta.make_world("corridor")
+        >>> mapper = pianta.Mapper()
+        >>> _ = mapper.update(grid)
+        >>> x, y = grid.pixel_to_map(100, 0)
+        >>> patch = pianta.GridMap(grid.cells[:100, :200], grid.resolution, (float(x), float(y), 0.0))
+        >>> mapper.update_patch(patch).events
+        ()
         """
         check_argument(patch, GridMap, "patch", "a GridMap")
         if self.state is None:
             raise MapError("a patch came before the first map; give the whole map to update")
         grid = self.state.grid
+        if not have_same_frame(grid, patch):
+            patch_cells, map_cells = (
+                f"of {each.resolution:g} m from {', '.join(f'{value:g}' for value in each.origin)}"
+                for each in (patch, grid)
+            )
+            raise MapError(f"the patch has cells {patch_cells} (x, y, yaw), give cells of the map, {map_cells}")
         row, col = (round(float(each)) for each in grid.map_to_pixel(*patch.pixel_to_map(0.0, 0.0)))
         rows, cols = patch.shape
-        is_inside = 0 <= row <= grid.shape[0] - rows and 0 <= col <= grid.shape[1] - cols
-        if not (have_same_frame(grid, patch) and is_inside):
+        if not (0 <= row <= grid.shape[0] - rows and 0 <= col <= grid.shape[1] - cols):
             where = f"{rows} × {cols} cells from row {row}, column {col}"
             raise MapError(f"the patch, {where}, is not inside the map of {grid.shape[0]} × {grid.shape[1]} cells")
         cells = grid.cells.copy()
@@ -375,7 +403,8 @@ class Mapper:
         Returns
         -------
         Mapper
-            It continues as the one that was saved would have.
+            It continues as the one that was saved would have, if it gets the same options: a state has the map, the
+            floor with ids and beliefs, the time and the building's type, but neither models nor other options.
 
         Raises
         ------
