@@ -25,7 +25,6 @@ from pianta.exploration.record import Exploration
 from pianta.generation.type_model import TypeModel
 from pianta.layout.explanation import Border, Explanation
 from pianta.mapping.events import Event
-from pianta.mapping.mapper import MapUpdate
 from pianta.navigation.cleaning import CleaningPlan, Coverage
 from pianta.patterns.model_floor_plan import Chance, Motion, Occurrence, Pattern
 from pianta.plan.read_plan import PlanFloor, PlanReading
@@ -60,7 +59,6 @@ RESULTS = (
     Realism,
     SampleInterval,
     StoreyReading,
-    MapUpdate,
     Event,
     TypeModel,
     WayOut,

@@ -224,9 +224,7 @@ class Mapper:
             The map is older than the last one.
         """
         check_argument(grid, GridMap, "grid", "a GridMap of read_map")
-        check_argument(time, (int, float, type(None)), "time", "seconds, or None")
-        if time is not None and not isfinite(time):
-            raise OptionError(f"time is {time}, give seconds, or None if it is unknown")
+        _check_time(time)
         before = self.state
         if before is not None and time is not None and before.time is not None and time < before.time:
             message = (
@@ -528,6 +526,12 @@ def _make_sampler(model: TypeModel, building_type: str | None) -> FloorSampler:
     check_argument(model, TypeModel, "model", "a model of train_type or load_model")
     check_model_type(building_type, model, "the building")
     return FloorSampler(model)
+
+
+def _check_time(time: float | None) -> None:
+    check_argument(time, (int, float, type(None)), "time", "seconds, or None")
+    if time is not None and not isfinite(time):
+        raise OptionError(f"time is {time}, give seconds, or None if it is unknown")
 
 
 def _describe(state: MapState, events: Sequence[Event], read_share: float) -> MapUpdate:
