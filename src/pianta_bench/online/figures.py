@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 from pathlib import Path
-from statistics import fmean, stdev
+from statistics import fmean
 from typing import TYPE_CHECKING
-
-import numpy as np
 
 from pianta_bench.harness.charts import save_chart, start_chart
 from pianta_bench.harness.records import Results
@@ -32,7 +30,7 @@ def save_figures(results: Results, folder: Path) -> None:
 
 
 def draw_curves(results: Results) -> Figure:
-    """Means over buildings, and their standard deviations, by the share of the area that the robot has observed."""
+    """Means over buildings by the share of the area that the robot has observed."""
     figure = start_chart(4.2 * len(PANELS), 3.8)
     for ax, (title, (metrics, factor)) in zip(figure.subplots(1, len(PANELS)), PANELS.items(), strict=True):
         for metric, color in zip(metrics, COLORS, strict=False):
@@ -46,14 +44,7 @@ def draw_curves(results: Results) -> Figure:
 
 
 def plot_curve(results: Results, metric: str, factor: float, *, ax: Axes, color: str) -> None:
-    """Draw the means of a metric, and a band of one standard deviation; stages that no building has are left out."""
-    means, spreads, shares = [], [], []
-    for stage in CURVE:
-        values = [factor * value for value in results.values(metric=name_stage(metric, stage)) if value is not None]
-        if values:
-            shares.append(100 * stage)
-            means.append(fmean(values))
-            spreads.append(stdev(values) if len(values) > 1 else 0.0)
-    ax.plot(shares, means, color=color, linewidth=1.6, label=metric)
-    low, high = np.subtract(means, spreads), np.add(means, spreads)
-    ax.fill_between(shares, low, high, color=color, alpha=0.12, linewidth=0)
+    """Draw the means of a metric; shares of the area that no building has are left out."""
+    values = {stage: results.values(metric=name_stage(metric, stage)) for stage in CURVE}
+    means = {100 * stage: factor * fmean(each) for stage, each in values.items() if each}
+    ax.plot([*means], [*means.values()], color=color, linewidth=1.6, label=metric)
