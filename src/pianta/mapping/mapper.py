@@ -76,7 +76,7 @@ class MapUpdate:
         The share of the seen cells that were read again, 0 … 1.
     ends
         With a model of the building's type: unopened doors and open corridors, as `predict` describes them. Their
-        labels are beliefs too.
+        labels are beliefs too; those behind doors are often wrong (docs/methods/mapping.md).
     prediction
         With such a model, the expected size of the floor, and the samples; None if nothing is open.
     waiting_share
@@ -443,7 +443,7 @@ class Mapper:
             if not windows:
                 return _NewReading(state.floor, 0.0, 0.0, np.zeros((0, 2)), tried=state.tried)
             if self._has_parts(grid, cells, before, windows):
-                return self._read_parts(grid, before, windows, state)
+                return self._read_parts(grid, cells, before, windows, state)
         floor = read(grid)
         is_same_frame = before is not None and _has_same_walls(cells, before)
         if is_same_frame or _is_same_building(floor, state.floor):
@@ -455,11 +455,15 @@ class Mapper:
         return _NewReading(round_floor(floor), is_same_building=False, is_same_frame=False)
 
     def _read_parts(
-        self, grid: GridMap, before: NDArray[np.int8], windows: Sequence[Box], state: MapState
+        self,
+        grid: GridMap,
+        cells: NDArray[np.int8],
+        before: NDArray[np.int8],
+        windows: Sequence[Box],
+        state: MapState,
     ) -> _NewReading:
         """The floor before, of which windows are read again, or parts of them that are not above the limit."""
-        cells, read = classify_cells(grid), partial(find_rooms, method=DEFAULT_METHOD)
-        is_changed = cells != before
+        read, is_changed = partial(find_rooms, method=DEFAULT_METHOD), cells != before
         parts = choose_windows(grid, is_changed, state.floor, windows, self.max_read_area or np.inf)
         is_read = _mark(parts, grid.shape)
         # What waits is seen as it was before, so that all windows see the same
