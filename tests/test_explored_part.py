@@ -94,10 +94,8 @@ def test_parallel_doors_lead_to_rooms_of_their_own():
         ({"label_probabilities": {"R/C": {"ROOM": 1.0}, "type": {"CLASSROOM": 0.39, "LAB": 0.3}}}, True),
         ({"label_probabilities": {"type": {"CLASSROOM": 0.41, "LAB": 0.3}}}, False),
         ({"label_probabilities": {"R/C": {"ROOM": 1.0}}}, False),
-        ({"area": 7.4, "predicted_area": 10.0, "label_probabilities": {"type": {"CLASSROOM": 0.39}}}, True),
-        ({"area": 7.4, "predicted_area": 10.0, "label_probabilities": {"type": {"CLASSROOM": 0.41}}}, False),
-        # The label of a room that was explored to 75 % counts, however uncertain.
-        ({"area": 7.5, "predicted_area": 10.0, "label_probabilities": {"type": {"CLASSROOM": 0.1}}}, False),
+        # The label of a room that was explored to a half counts, however uncertain.
+        ({"area": 5.0, "predicted_area": 10.0, "label_probabilities": {"type": {"CLASSROOM": 0.1}}}, False),
         # GraphML has label sets as a text.
         ({"label_probabilities": '{"type": {"CLASSROOM": 0.39}}'}, True),
         ({"label_probabilities": '{"type": {"CLASSROOM": 0.41}}'}, False),
@@ -126,6 +124,27 @@ def test_a_glimpsed_corridor_is_open():
         "side": {"label": "CORRIDOR", "partial": True, "area": 1.0, "predicted_area": 9.0},
     }
     assert read_explored_part(make_graph(rooms, ("hall", "side")), SCHOOL).open == (1,)
+
+
+@pytest.mark.parametrize(
+    ("label", "observed", "probability", "is_open", "is_unknown"),
+    [
+        # Most of the corridor was seen
+        ("CORRIDOR", 7.9, 0.9, True, False),
+        ("CORRIDOR", 8.0, 0.9, False, False),
+        ("CORRIDOR", 7.9, 0.5, True, False),
+        # Through their doors rooms look like entrances
+        ("ENTRANCE", 4.9, 0.49, False, True),
+        ("ENTRANCE", 5.0, 0.49, False, False),
+    ],
+)
+def test_corridors_end_and_doubtful_ones_are_rooms(label, observed, probability, is_open, is_unknown):
+    side = {"label": label, "partial": True, "area": observed, "predicted_area": 10.0}
+    side["label_probabilities"] = {"R/C": {"ROOM": 1 - probability, "CORRIDOR": probability}}
+    rooms: dict[str, dict[str, object]] = {"hall": {"label": "CORRIDOR"}, "side": side}
+    part = read_explored_part(make_graph(rooms, ("hall", "side")), SCHOOL)
+    assert part.open == ((1,) if is_open else ())
+    assert part.doors == ({1: 0} if is_unknown else {})
 
 
 def test_rooms_without_doors_and_loops_are_left_out():
@@ -171,6 +190,16 @@ def test_exploration_by_corridors():
     assert first.nodes["office-back"] == {"label": None, "partial": True}
     assert nx.utils.graphs_equal(nx.Graph(last.edges), nx.Graph(FLOOR.edges))
     assert not any(partial for _, partial in last.nodes(data="partial"))
+
+
+def test_doors_of_corridors_are_seen_before_their_rooms():
+    first, second, third, last = explore_by_corridors(FLOOR, CORRIDORS, corridors_first=True)
+    assert {*first} == {"lift", "hall", "hall-class", "hall-office"}
+    assert {*third} == {"hall", "class", "lift", "office", "back", "back-closet"}
+    assert [second, last] == [
+        stage if nx.utils.graphs_equal(stage, other) else None
+        for stage, other in zip([second, last], explore_by_corridors(FLOOR, CORRIDORS), strict=True)
+    ]
 
 
 def test_the_nearest_discovered_corridor_is_next():

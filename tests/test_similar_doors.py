@@ -1,5 +1,7 @@
 """What is behind unopened doors, from similar doors: answers by hand."""
 
+from dataclasses import replace
+
 import networkx as nx
 import numpy as np
 import pytest
@@ -66,6 +68,18 @@ def test_floors_with_other_labels_count_less():
     weights = DoorWeights(any_doors=1e-9, function_doors=1e-9)
     predicted = SimilarDoors(examples, SCHOOL, weights).predict(make_part())[1]
     assert predicted["LAB"] / predicted["CLOSET"] == pytest.approx(np.exp(-5))
+
+
+def test_doors_of_corridors_and_of_rooms_are_apart():
+    """Behind corridors are classrooms, behind classrooms closets."""
+    corridor = replace(make_example("CORRIDOR", "CLASSROOM", known_label="CORRIDOR"), is_corridor=True)
+    examples = [corridor, make_example("CLASSROOM", "CLOSET")]
+    doors = SimilarDoors(examples, SCHOOL)
+    for label, behind in (("CORRIDOR", "CLASSROOM"), ("CLASSROOM", "CLOSET")):
+        predicted = doors.predict(make_part(label))[1]
+        assert predicted[behind] > 0.95
+    # Without doors of rooms, those of corridors say what there is.
+    assert SimilarDoors([corridor], SCHOOL).predict(make_part())[1]["CLASSROOM"] > 0.95
 
 
 def test_without_examples():

@@ -18,16 +18,19 @@ from pianta.errors import GraphError, LabelError
 from pianta.generation.type_model import MAX_ROOMS, size_attribute
 from pianta.graphs.labelled_graphs import name_some
 from pianta.graphs.metrics import find_corridors
-from pianta.labels import LabelConvention, LabelSchema, standard_name
+from pianta.labels import RC, LabelConvention, LabelSchema, LabelSet, standard_name
 
 # Labels of the rooms where exploration starts, in the order of section 8.3.
 START_LABELS = ("ENTRANCE", "ELEVATOR", "STAIRS")
-# The three limits for partial rooms were chosen by hand. The label of a room with a smaller observed share is ignored.
+# The limits for partial rooms were chosen by hand. The label of a room with a smaller observed share is ignored.
 MIN_OBSERVED_SHARE = 0.5
-# The label of a room with this observed share is used whatever its probability.
-SUFFICIENT_OBSERVED_SHARE = 0.75
-# Between the two shares, a label with a smaller probability is ignored.
+# The label of a partial room of unknown share with a smaller probability is ignored.
 MIN_LABEL_PROBABILITY = 0.4
+# A corridor with this observed share does not go on: what is unseen are corners and niches. Chosen on maps of eleven
+# schools (docs/methods/mapping.md).
+COMPLETE_SHARE = 0.8
+# A partial room with a smaller probability of a corridor (R/C) is none, whatever its finer label.
+MIN_CORRIDOR_PROBABILITY = 0.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,10 +68,11 @@ class ExploredPart:
 def read_explored_part(graph: nx.Graph, schema: LabelSchema) -> ExploredPart:
     """Build the explored part of a floor from the graph of a partial map, or from a graph with unknown rooms.
 
-    graph: as of `Floor.graph`; a room that is not `partial` has all of its doors. A partial corridor is open. Another
-    partial room is unknown if it has no label, if less than half of its predicted area is observed, or if less than
-    three quarters are observed and its label is improbable; each of its doors then leads to an unknown room of its
-    own. Other partial rooms are known, without further doors.
+    graph: as of `Floor.graph`; a room that is not `partial` has all of its doors. A partial corridor is open until four
+    fifths of its predicted area are observed; a room with the label of one that is more probably a room than a corridor
+    is none. Another partial room is unknown if it has no label, if less than half of its predicted area is observed, or
+    if that is not predicted and its label is improbable; each of its doors then leads to an unknown room of its own.
+    Other partial rooms are known, without further doors.
     Raises LabelError for rooms without a label that are not partial and for labels outside the schema, GraphError if no
     room is known and for more than 1000 rooms.
     """
@@ -83,18 +87,25 @@ def read_explored_part(graph: nx.Graph, schema: LabelSchema) -> ExploredPart:
     named = nx.Graph()
     named.add_nodes_from((node, {"label": label}) for node, label in labels.items() if label is not None)
     corridors = find_corridors(named, schema, convention=LabelConvention.GRAPHS)
+    partial_corridors = {node for node in corridors if is_partial[node] and _is_probable_corridor(joined.nodes[node])}
     unknown = {
         node
         for node in joined
-        if is_partial[node] and node not in corridors and _is_label_unreliable(labels[node], joined.nodes[node])
+        if is_partial[node] and node not in partial_corridors and _is_label_unreliable(labels[node], joined.nodes[node])
+    }
+    is_open = {
+        node: node in partial_corridors and (_measure_observed_share(joined.nodes[node]) or 0.0) < COMPLETE_SHARE
+        for node in joined
     }
     rooms = [node for node in joined if node not in unknown and (joined.degree(node) or is_partial[node])]
     if not rooms:
         raise GraphError("no room of it is known and has a door, explore more of it")
-    return _number_rooms(joined, rooms, unknown, labels, corridors=corridors, is_partial=is_partial)
+    return _number_rooms(joined, rooms, unknown, labels, corridors=corridors, is_open=is_open)
 
 
-def explore_by_corridors(graph: nx.Graph, corridors: Collection[Hashable]) -> list[nx.Graph]:
+def explore_by_corridors(
+    graph: nx.Graph, corridors: Collection[Hashable], *, corridors_first: bool = False
+) -> list[nx.Graph]:
     """The explored part of a floor after each corridor, explored breadth first (section 8.3, steps 1 to 5).
 
     graph: connected, a `label` at each node. The robot starts as in `find_start` and moves to the nearest discovered
@@ -102,6 +113,8 @@ def explore_by_corridors(graph: nx.Graph, corridors: Collection[Hashable]) -> li
     another room is an unknown room, named by the two rooms of the door, `"3-7"`. Corridors at an explored one are
     discovered: their label is known, their doors are not. If no corridor is discovered, the robot explores the nearest
     unknown room.
+    corridors_first: before each of these parts comes the one in which the robot has seen the doors of the corridor, and
+    no room behind them yet, as on the maps of robots.
     """
     here = find_start(graph, corridors)
     explored, discovered = {here}, {node for node in graph[here] if node in corridors}
@@ -118,11 +131,12 @@ def explore_by_corridors(graph: nx.Graph, corridors: Collection[Hashable]) -> li
             here = min(targets, key=lambda node: (hops[node], node))
         is_first = False
         explored.add(here)
-        at_corridor = [node for node in graph[here] if node not in corridors] if here in corridors else []
-        explored.update(at_corridor)
         discovered |= {near for near in graph[here] if near in corridors}
         discovered -= explored
         if here in corridors:
+            if corridors_first:
+                stages.append(hide_rooms(graph, explored, discovered))
+            explored.update(node for node in graph[here] if node not in corridors)
             stages.append(hide_rooms(graph, explored, discovered))
 
 
@@ -164,26 +178,36 @@ def _is_label_unreliable(label: str | None, attributes: Mapping[str, Any]) -> bo
     """Whether too little of a partial room is observed for its label to be used."""
     if label is None:
         return True
+    share = _measure_observed_share(attributes)
+    if share is not None:
+        return share < MIN_OBSERVED_SHARE
+    values = [probabilities.get(label) for probabilities in _list_label_sets(attributes).values()]
+    numbers = [float(value) for value in values if isinstance(value, int | float)]
+    return bool(numbers) and numbers[-1] < MIN_LABEL_PROBABILITY
+
+
+def _is_probable_corridor(attributes: Mapping[str, Any]) -> bool:
+    """Whether a room with the label of a corridor is one by its probabilities in R/C; without these it is one."""
+    value = _list_label_sets(attributes).get(str(LabelSet.R_C), {}).get(str(RC.CORRIDOR))
+    return not isinstance(value, int | float) or value >= MIN_CORRIDOR_PROBABILITY
+
+
+def _measure_observed_share(attributes: Mapping[str, Any]) -> float | None:
+    """The share of the predicted area of a room that is observed; None if an area is unknown."""
     predicted, observed = size_attribute({"area": attributes.get("predicted_area")}), size_attribute(attributes)
-    if predicted and observed:
-        share = observed["area"] / predicted["area"]
-        if not MIN_OBSERVED_SHARE <= share < SUFFICIENT_OBSERVED_SHARE:
-            return share < MIN_OBSERVED_SHARE
-    probability = _find_probability(label, attributes.get("label_probabilities"))
-    return probability is not None and probability < MIN_LABEL_PROBABILITY
+    return observed["area"] / predicted["area"] if predicted and observed else None
 
 
-def _find_probability(label: str, label_sets: object) -> float | None:
-    """The probability of a label in the finest label set that has it; label sets from GraphML are JSON text."""
+def _list_label_sets(attributes: Mapping[str, Any]) -> dict[str, Mapping[str, Any]]:
+    """The probabilities of labels by label set, the finest last; those from GraphML are JSON text."""
+    label_sets = attributes.get("label_probabilities")
     if isinstance(label_sets, str):
         try:
             label_sets = from_json(label_sets)
         except ValueError:
-            return None
-    sets = [*label_sets.values()] if isinstance(label_sets, Mapping) else []
-    values = [probabilities.get(label) for probabilities in sets if isinstance(probabilities, Mapping)]
-    numbers = [float(value) for value in values if isinstance(value, int | float)]
-    return numbers[-1] if numbers else None
+            return {}
+    items = label_sets.items() if isinstance(label_sets, Mapping) else ()
+    return {name: probabilities for name, probabilities in items if isinstance(probabilities, Mapping)}
 
 
 def _number_rooms(
@@ -193,7 +217,7 @@ def _number_rooms(
     labels: Mapping[Any, str | None],
     *,
     corridors: Collection[Hashable],
-    is_partial: Mapping[Any, bool],
+    is_open: Mapping[Any, bool],
 ) -> ExploredPart:
     """The explored part with nodes 0 … n - 1: known rooms first, then an unknown room for each door to one."""
     numbers = {node: number for number, node in enumerate(rooms)}
@@ -211,6 +235,6 @@ def _number_rooms(
                 numbered.add_node(door, label=None, room=near)
                 numbered.add_edge(number, door)
                 doors[door] = number
-    open_corridors = tuple(numbers[node] for node in rooms if is_partial[node] and node in corridors)
+    open_corridors = tuple(numbers[node] for node in rooms if is_open[node])
     known_corridors = frozenset(numbers[node] for node in corridors if node in numbers)
     return ExploredPart(str(graph.graph.get("source", "")), numbered, known_corridors, open_corridors, doors)

@@ -8,9 +8,10 @@ model at a similar stage of exploration.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Collection, Hashable, Mapping
+from collections.abc import Collection, Hashable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import networkx as nx
 import numpy as np
@@ -24,23 +25,32 @@ from pianta.graphs.metrics import find_corridors
 from pianta.labels import LabelConvention, LabelSchema
 from pianta.prediction.explored_part import ExploredPart, explore_by_corridors, read_explored_part
 
-# Width of the kernel over logarithms of the numbers of open corridors and of doors. Chosen by hand.
+# Width of the kernel over logarithms of the numbers of open corridors, doors of rooms and doors of corridors. By hand.
 OPENNESS_WIDTH = 0.5
 # Width of the kernel over divergences of label distributions, bits. Chosen by hand.
 LABEL_WIDTH = 0.2
+
+
+class EndCounts(NamedTuple):
+    """Number of open corridors, of unopened doors of rooms, and of those of corridors."""
+
+    open: int
+    doors: int
+    corridor_doors: int
 
 
 @dataclass(frozen=True, eq=False)
 class Stage:
     """A floor of the model, explored in part.
 
-    floor: its index in the model. open, doors: number of its open corridors and unopened doors. labels: number of known
-    rooms of each label of the schema. areas: indices of the functional areas whose corridor is unexplored.
+    floor: its index in the model. open, doors, corridor_doors: as of EndCounts. labels: number of known rooms of each
+    label of the schema. areas: indices of the functional areas whose corridor is unexplored.
     """
 
     floor: int
     open: int
     doors: int
+    corridor_doors: int
     labels: Floats
     areas: tuple[int, ...]
 
@@ -52,7 +62,7 @@ class DoorExample:
     near: the label of that room. branch: the rooms behind the door, the one at the door first, if they belong to the
     area of an explored corridor; None if the door leads to another area. far: the label of the room behind the door.
     area: of the room with the door, m², None if unknown. labels: number of known rooms of each label of the schema when
-    the door was first seen.
+    the door was first seen. is_corridor: whether the room with the door is a corridor.
     """
 
     floor: int
@@ -61,6 +71,7 @@ class DoorExample:
     far: str
     area: float | None
     labels: Floats
+    is_corridor: bool = False
 
 
 class OpenEnds:
@@ -84,6 +95,16 @@ class OpenEnds:
             raise ModelError("no floor of the model has a corridor, train it on floors with corridors")
 
     @cached_property
+    def at_corridors(self) -> list[DoorExample]:
+        """The examples of doors of corridors; of all doors if there are none."""
+        return [example for example in self.examples if example.is_corridor] or self.examples
+
+    @cached_property
+    def at_rooms(self) -> list[DoorExample]:
+        """The examples of doors of other rooms; of all doors if there are none."""
+        return [example for example in self.examples if not example.is_corridor] or self.examples
+
+    @cached_property
     def by_label(self) -> Mapping[str, list[list[DoorExample]]]:
         """The examples by the label of the room with the door, grouped by floor."""
         groups: dict[str, dict[int, list[DoorExample]]] = {}
@@ -93,38 +114,59 @@ class OpenEnds:
 
     def stage_weights(self, explored: ExploredPart) -> Floats:
         """Similarity of an explored part to each stage, shape (stages,), sum 1; each floor counts the same."""
-        labels = count_labels_of_part(explored, self.model.schema)
-        rows = np.array([stage.labels for stage in self.stages])
+        labels, counts = count_labels_of_part(explored, self.model.schema), _count_open_ends(explored)
+        # Where the rooms behind doors of corridors are not known, floors count as they were at this point
+        is_alike = np.array([bool(stage.corridor_doors) == bool(counts.corridor_doors) for stage in self.stages])
+        is_alike |= not is_alike.any()
+        stages = [stage for stage, is_used in zip(self.stages, is_alike, strict=True) if is_used]
+        rows = np.array([stage.labels for stage in stages])
         divergence = measure_divergence(rows / rows.sum(axis=1, keepdims=True), labels / labels.sum())
-        openness = np.log1p([[stage.open, stage.doors] for stage in self.stages])
-        gaps = openness - np.log1p([len(explored.open), len(explored.doors)])
-        stages_of_floor = Counter(stage.floor for stage in self.stages)
+        openness = np.log1p([[stage.open, stage.doors, stage.corridor_doors] for stage in stages])
+        gaps = openness - np.log1p(counts)
         exponents = -(gaps**2).sum(axis=1) / (2 * OPENNESS_WIDTH**2) - divergence / LABEL_WIDTH
-        weights = np.exp(exponents - exponents.max()) / [stages_of_floor[stage.floor] for stage in self.stages]
-        normalised: Floats = weights / weights.sum()
+        stages_of_floor = Counter(stage.floor for stage in stages)
+        weights = np.exp(exponents - exponents.max()) / [stages_of_floor[stage.floor] for stage in stages]
+        normalised = np.zeros(len(self.stages))
+        normalised[is_alike] = weights / weights.sum()
         return normalised
 
     def _explore(self, number: int, floor: TypeFloor) -> None:
         """Add the stages of a floor, explored by corridors, and the examples of its doors; number: of the floor."""
-        schema = self.model.schema
-        corridors = find_corridors(floor.graph, schema, convention=LabelConvention.GRAPHS)
-        area_of = {node: index for index, area in enumerate(floor.areas) for node in area}
+        corridors = find_corridors(floor.graph, self.model.schema, convention=LabelConvention.GRAPHS)
         hubs = [find_hub(floor.graph, area, corridors) for area in floor.areas]
         opened: set[str] = set()
         for stage in explore_by_corridors(floor.graph, corridors):
-            explored = read_explored_part(stage, schema)
-            closed = {explored.graph.nodes[node]["room"] for node in explored.closed}
-            areas = tuple(index for index, hub in enumerate(hubs) if hub not in closed)
-            labels = count_labels_of_part(explored, schema)
-            self.stages.append(Stage(number, len(explored.open), len(explored.doors), labels, areas))
-            # A door that is unopened in several stages is one example.
-            for name in [name for name in stage if isinstance(name, str) and name not in opened]:
-                opened.add(name)
-                near, far = map(int, name.split("-"))
-                is_other = area_of[far] in areas
-                branch = None if is_other else extract_branch(floor.graph, floor.areas[area_of[far]] - closed, far)
-                room, behind = floor.graph.nodes[near], floor.graph.nodes[far]["label"]
-                self.examples.append(DoorExample(number, room["label"], branch, behind, room.get("area"), labels))
+            self._add_stage(number, floor, hubs, stage, opened)
+        # Robots see the doors of a corridor before the rooms behind them
+        for stage in explore_by_corridors(floor.graph, corridors, corridors_first=True):
+            if _count_open_ends(read_explored_part(stage, self.model.schema)).corridor_doors:
+                self._add_stage(number, floor, hubs, stage, opened)
+
+    def _add_stage(self, number: int, floor: TypeFloor, hubs: Sequence[int], stage: nx.Graph, opened: set[str]) -> None:
+        """Add a stage of a floor, and the examples of its doors that are not in `opened`, which gets them.
+
+        Where rooms behind doors of corridors are not known, only these doors are examples.
+        """
+        explored = read_explored_part(stage, self.model.schema)
+        closed = {explored.graph.nodes[node]["room"] for node in explored.closed}
+        areas = tuple(index for index, hub in enumerate(hubs) if hub not in closed)
+        area_of = {node: index for index, area in enumerate(floor.areas) for node in area}
+        labels, counts = count_labels_of_part(explored, self.model.schema), _count_open_ends(explored)
+        self.stages.append(Stage(number, *counts, labels, areas))
+        near_of = {explored.graph.nodes[door]["room"]: room for door, room in explored.doors.items()}
+        # A door that is unopened in several stages is one example
+        for name in [name for name in stage if name in near_of and name not in opened]:
+            is_corridor = near_of[name] in explored.corridors
+            if is_corridor != bool(counts.corridor_doors):
+                continue
+            opened.add(name)
+            far = int(name.split("-")[1])
+            is_other = area_of[far] in areas
+            branch = None if is_other else extract_branch(floor.graph, floor.areas[area_of[far]] - closed, far)
+            near, behind = explored.graph.nodes[near_of[name]], floor.graph.nodes[far]["label"]
+            self.examples.append(
+                DoorExample(number, near["label"], branch, behind, near.get("area"), labels, is_corridor)
+            )
 
 
 def find_hub(graph: nx.Graph, area: Area, corridors: Collection[Hashable]) -> int:
@@ -140,6 +182,11 @@ def extract_branch(graph: nx.Graph, rooms: Area, first: int) -> nx.Graph:
     branch.add_nodes_from(part.nodes(data=True))
     branch.add_edges_from(part.edges)
     return branch
+
+
+def _count_open_ends(explored: ExploredPart) -> EndCounts:
+    at_corridors = sum(room in explored.corridors for room in explored.doors.values())
+    return EndCounts(len(explored.open), len(explored.doors) - at_corridors, at_corridors)
 
 
 def count_labels_of_part(explored: ExploredPart, schema: LabelSchema) -> Floats:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pianta._types import Floats
+from pianta._types import Floats, Mask
 from pianta.evaluation.prediction import measure_divergence
 from pianta.labels import LabelConvention, LabelSchema, LabelSet
 from pianta.prediction.explored_part import ExploredPart
@@ -47,31 +47,37 @@ class SimilarDoors:
         self._sizes = np.array([_log_area(example.area) for example in examples])
         self._known = np.array([example.labels / example.labels.sum() for example in examples])
         self._behind = np.array([[float(example.far == name) for name in self.names] for example in examples])
+        self._at_corridor = np.array([example.is_corridor for example in examples])
 
     def predict(self, explored: ExploredPart) -> dict[int, dict[str, float]]:
         """By unopened door the probability of each label of the schema behind it; empty without examples.
 
         A door of the model counts less the more the area of its room and the known labels differed. Those of rooms with
-        the same label count most, those of rooms with the same function (F/C/E/S) next, then all.
+        the same label count most, those of rooms with the same function (F/C/E/S) next, then all: all doors of
+        corridors for a corridor, all others for a room.
         """
         if not len(self._behind):
             return {}
         labels = count_labels_of_part(explored, self.schema)
         weights = np.exp(-measure_divergence(self._known, labels / labels.sum()) / self.weights.label_width)
-        rooms = {door: explored.graph.nodes[room] for door, room in explored.doors.items()}
-        return {
-            door: dict(
-                zip(self.names, self._predict_door(room["label"], room.get("area"), weights).tolist(), strict=True)
-            )
-            for door, room in rooms.items()
-        }
+        predictions = {}
+        for door, near in explored.doors.items():
+            is_alike = self._at_corridor == (near in explored.corridors)
+            room = explored.graph.nodes[near]
+            # Without any door of corridors, those of rooms say more than nothing, and the other way round
+            shares = self._predict_door(room["label"], room.get("area"), weights, is_alike | (not is_alike.any()))
+            predictions[door] = dict(zip(self.names, shares.tolist(), strict=True))
+        return predictions
 
-    def _predict_door(self, label: str, area: float | None, weights: Floats) -> Floats:
-        """The probabilities behind a door of a room with this label and area; weights: of the examples."""
+    def _predict_door(self, label: str, area: float | None, weights: Floats, is_alike: Mask) -> Floats:
+        """The probabilities behind a door of a room with this label and area.
+
+        weights, is_alike: of the examples; how much they count, and whether they count at all.
+        """
         # Examples count fully if one of both areas is unknown.
         gaps = np.nan_to_num(self._sizes - _log_area(area))
-        weights = weights * np.exp(-(gaps**2) / (2 * self.weights.size_width**2))
-        any_door = _normalise(self._behind.sum(axis=0) + LEAST_DOORS)
+        weights = weights * is_alike * np.exp(-(gaps**2) / (2 * self.weights.size_width**2))
+        any_door = _normalise(is_alike @ self._behind + LEAST_DOORS)
         same_function = (weights * (self._near_functions == self._functions[label])) @ self._behind
         same_label = (weights * (self._near == label)) @ self._behind
         shares = _normalise(same_function + self.weights.any_doors * any_door)

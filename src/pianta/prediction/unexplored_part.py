@@ -168,7 +168,10 @@ class FloorSampler:
         leads_on = bool(chosen or explored.open)
         branches = {
             door: self._draw_branch(
-                explored.graph.nodes[near]["label"], leads_on and near not in explored.open, generator
+                explored.graph.nodes[near]["label"],
+                is_corridor=near in explored.corridors,
+                leads_on=leads_on and near not in explored.open,
+                generator=generator,
             )
             for door, near in explored.doors.items()
         }
@@ -185,14 +188,17 @@ class FloorSampler:
         members = np.flatnonzero(clusters == cluster)
         return self.new_areas[int(members[int(generator.integers(len(members)))])]
 
-    def _draw_branch(self, label: str, leads_on: bool, generator: np.random.Generator) -> nx.Graph | None:  # noqa: FBT001
+    def _draw_branch(
+        self, label: str, *, is_corridor: bool, leads_on: bool, generator: np.random.Generator
+    ) -> nx.Graph | None:
         """The rooms of the same area behind a door of a room with this label; None for a door to another area."""
         # First a floor, then one of its doors, because doors of one floor resemble each other.
         floors = self.ends.by_label.get(label, [])
         has_label = generator.random() * (len(floors) + PRIOR_FLOORS) < len(floors)
-        examples = floors[int(generator.integers(len(floors)))] if has_label else self.ends.examples
+        alike = self.ends.at_corridors if is_corridor else self.ends.at_rooms
+        examples = floors[int(generator.integers(len(floors)))] if has_label else alike
         if not leads_on:
-            examples = _list_closed(examples) or _list_closed(self.ends.examples)
+            examples = _list_closed(examples) or _list_closed(alike)
         if not examples:
             return None if leads_on else self._draw_room(generator)
         return examples[int(generator.integers(len(examples)))].branch
