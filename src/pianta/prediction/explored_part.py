@@ -29,7 +29,7 @@ MIN_LABEL_PROBABILITY = 0.4
 # A corridor with this observed share does not go on: what is unseen are corners and niches. Chosen on maps of eleven
 # schools (docs/methods/mapping.md).
 COMPLETE_SHARE = 0.8
-# A partial room with a smaller probability of a corridor (R/C) is none, whatever its finer label.
+# A partial room with a smaller probability of a corridor (R/C) counts as a room, whatever its finer label.
 MIN_CORRIDOR_PROBABILITY = 0.5
 
 
@@ -69,10 +69,10 @@ def read_explored_part(graph: nx.Graph, schema: LabelSchema) -> ExploredPart:
     """Build the explored part of a floor from the graph of a partial map, or from a graph with unknown rooms.
 
     graph: as of `Floor.graph`; a room that is not `partial` has all of its doors. A partial corridor is open until four
-    fifths of its predicted area are observed; a room with the label of one that is more probably a room than a corridor
-    is none. Another partial room is unknown if it has no label, if less than half of its predicted area is observed, or
-    if that is not predicted and its label is improbable; each of its doors then leads to an unknown room of its own.
-    Other partial rooms are known, without further doors.
+    fifths of its predicted area are observed; a room with such a label that is more probably a room than a corridor
+    does not count as one. Another partial room is unknown if it has no label, if less than half of its predicted area
+    is observed, or if that is not predicted and its label is improbable; each of its doors then leads to an unknown
+    room of its own. Other partial rooms are known, without further doors.
     Raises LabelError for rooms without a label that are not partial and for labels outside the schema, GraphError if no
     room is known and for more than 1000 rooms.
     """

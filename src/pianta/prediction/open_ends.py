@@ -96,12 +96,12 @@ class OpenEnds:
 
     @cached_property
     def at_corridors(self) -> list[DoorExample]:
-        """The examples of doors of corridors; of all doors if there are none."""
+        """The examples of doors of corridors; of all doors without any."""
         return [example for example in self.examples if example.is_corridor] or self.examples
 
     @cached_property
     def at_rooms(self) -> list[DoorExample]:
-        """The examples of doors of other rooms; of all doors if there are none."""
+        """The examples of doors of other rooms; of all doors without any."""
         return [example for example in self.examples if not example.is_corridor] or self.examples
 
     @cached_property
