@@ -22,7 +22,12 @@ from pianta.layout.partial.consensus import (
     mix_cells,
 )
 from pianta.layout.partial.hypotheses import FEATURES, Hypothesis
-from pianta.layout.partial.predict import measure_half_wall, predict_partial_rooms
+from pianta.layout.partial.predict import (
+    clip_obstacles,
+    measure_half_wall,
+    predict_partial_rooms,
+    subtract_obstacles,
+)
 from pianta.layout.partial.scene import (
     MAX_COMPARED_ROOMS,
     FloorIndex,
@@ -333,3 +338,15 @@ def test_the_table_shows_the_observed_share_of_a_room():
 def test_the_table_shows_no_share_of_a_room_whose_prediction_adds_nothing():
     room = Room(1, box(0, 0, 2, 3), partial=True, predicted=box(0, 0, 2, 3))
     assert [*tabulate_rooms(Floor((room,))).columns[-1].cells] == ["in part"]
+
+
+def test_obstacles_that_touch_the_clipped_area_with_a_side_too():
+    """The shape fills x and y from 0 to 4, so that obstacles are clipped at 4.5 m.
+
+    The U has an arm from 4 to 4.5 m, and a side of the other arm lies on the edge of the box.
+    """
+    shape = box(0, 0, 4, 4)
+    obstacle = Polygon([(3, 1), (6, 1), (6, 3), (4.5, 3), (4.5, 2), (3, 2)])
+    clipped = clip_obstacles([obstacle], shape)
+    assert clipped.area == pytest.approx(1.5)
+    assert subtract_obstacles(shape, clipped, Room(1, box(0, 0, 2, 4))).area == pytest.approx(15)

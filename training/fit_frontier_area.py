@@ -2,8 +2,9 @@
 
     python training/fit_frontier_area.py [--data DIR] [--fold 0|1] [--jobs N] -o frontier_area.json
 
-Writes the weights that src/pianta/models/frontier_area.json has. The predictions beyond open ends come from
-models without the school. --fold leaves every other school out, so that the weights can be evaluated on them.
+Writes the weights that src/pianta/models/frontier_area.json has. Robots recognise rooms without error, and also read
+them from their own map. What lies beyond open ends is predicted, and rooms are labelled, by models without the school.
+--fold leaves every other building out, so that the weights can be evaluated on its floors.
 """
 
 from __future__ import annotations
@@ -11,6 +12,8 @@ from __future__ import annotations
 import argparse
 import json
 import warnings
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -25,18 +28,25 @@ from pianta.exploration.expectations import RoomExpectations
 from pianta.exploration.explore import explore
 from pianta.exploration.frontier_area import measure_frontiers
 from pianta.exploration.frontiers import Frontier
+from pianta.exploration.perceptions import PERFECT
 from pianta.exploration.policy_input import Policy, PolicyInput
 from pianta.exploration.starts import find_starts
 from pianta.exploration.world import World, build_world
+from pianta.floor import Floor
 from pianta.generation.type_model import learn_type
 from pianta.gridmap import UNKNOWN
-from pianta.labels import SCHEMAS
+from pianta.labels import SCHOOL
+from pianta.mapping.mapper import Mapper
 from pianta.prediction.unexplored_part import FloorSampler
+from pianta.rooms.training import train_rooms
+from pianta_bench.data.annotated_floors import read_annotated_buildings, set_building_type
 from pianta_bench.data.folders import find_data
 from pianta_bench.exploration.buildings import ExploredBuilding, read_buildings
 
 # All values were chosen by hand. Of the worlds, metres per cell.
 RESOLUTION = 0.2
+# Floors of more rooms are left out, as runs in them take longest.
+MOST_ROOMS = 45
 # Every third decision is recorded, because consecutive ones are alike.
 DECISION_STEP = 3
 # Runs end at this share of the area.
@@ -71,17 +81,36 @@ def measure_true_areas(inputs: PolicyInput, world: World) -> Floats:
     return np.asarray(counts * inputs.resolution**2, float)
 
 
-def record_runs(building: ExploredBuilding) -> Floats:
-    """Samples of one school, by both classical policies."""
+def record_runs(building: ExploredBuilding, others: Sequence[Floor]) -> Floats:
+    """Samples of one school, by both classical policies, and by the second one where the robot reads its map.
+
+    others: labelled floors of other schools.
+    """
     warnings.simplefilter("ignore")
     world = build_world(building.floor, resolution=RESOLUTION)
-    sampler = FloorSampler(learn_type(building.others, SCHEMAS["school"]))
+    sampler = FloorSampler(learn_type(building.others, SCHOOL))
+    mapper = Mapper(building_type=SCHOOL.building_type, room_model=train_rooms(others))
     samples = []
-    for make in (InformationGain, NearestFrontier):
-        watcher = Watcher(make(), RoomExpectations(sampler), world)
-        explore(world, watcher, starts=find_starts(world)[:1], stop=STOP)
+    for policy, perception in ((NearestFrontier(), PERFECT), (InformationGain(), PERFECT), (InformationGain(), mapper)):
+        watcher = Watcher(policy, RoomExpectations(sampler), world)
+        explore(world, watcher, starts=find_starts(world)[:1], stop=STOP, perception=perception)
         samples += watcher.samples
     return np.concatenate(samples)
+
+
+def choose_buildings(data: Path, fold: int | None) -> Iterator[tuple[ExploredBuilding, tuple[Floor, ...]]]:
+    """The schools to learn from, each with the labelled floors of all other buildings."""
+    annotated, _ = read_annotated_buildings(
+        data,
+        SCHOOL.building_type,
+        lambda each: replace(each, floor=set_building_type(each.floor, SCHOOL.building_type)),
+    )
+    building_of = {floor.item: floor.building for floor in annotated}
+    left_out = [] if fold is None else sorted({*building_of.values()})[fold::2]
+    for school in read_buildings(data, SCHOOL.building_type).buildings:
+        own = building_of[school.name]
+        if school.others and len(school.floor) <= MOST_ROOMS and own not in left_out:
+            yield school, tuple(floor.floor for floor in annotated if floor.building != own)
 
 
 def fit(samples: Floats, seed: int = 0) -> dict[str, list[object]]:
@@ -104,9 +133,8 @@ def main() -> None:
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("-o", "--out", type=Path, required=True)
     arguments = parser.parse_args()
-    buildings = read_buildings(find_data(arguments.data), "school").buildings
-    training = [building for i, building in enumerate(buildings) if arguments.fold is None or i % 2 != arguments.fold]
-    runs = Parallel(n_jobs=arguments.jobs)(delayed(record_runs)(building) for building in training if building.others)
+    training = [*choose_buildings(find_data(arguments.data), arguments.fold)]
+    runs = Parallel(n_jobs=arguments.jobs)(delayed(record_runs)(*school) for school in training)
     samples = np.concatenate(runs)
     arguments.out.write_text(json.dumps(fit(samples)) + "\n")
     print(f"{len(samples)} samples from {len(training)} schools, in {arguments.out}")

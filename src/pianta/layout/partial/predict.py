@@ -8,7 +8,7 @@ A model says how well each of these hypotheses fits, and a network which cells a
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -118,7 +118,7 @@ def predict_partial_rooms(floor: Floor, grid: GridMap, *, model: PartialModel | 
         if shapely.intersection(shape, occupied, grid_size=SNAP_DISTANCE).area > MAX_OVERLAP * shape.area:
             shape, confidence = predictor.predict(room, predictions)
             occupied = shapely.union_all(predictions.find_near(shape), grid_size=SNAP_DISTANCE)
-        shape = _subtract(shape, occupied, room)
+        shape = subtract_obstacles(shape, occupied, room)
         predictions.add(shape)
         rooms[room_id] = replace(room, predicted=shape, confidence=confidence)
     return replace(floor, rooms=tuple(rooms[room.id] for room in floor.rooms))
@@ -216,9 +216,7 @@ class _Predictor:
         near = [self.index.rooms[i] for i in np.sort(self.index.tree.query(shape, predicate="intersects"))]
         obstacles = [other.polygon for other in near if other.id != room.id]
         obstacles += predictions.find_near(shape) if predictions else []
-        # Rounding to a grid takes long for all of a long corridor.
-        obstacles = shapely.intersection(obstacles, shapely.box(*shape.buffer(CLIP_MARGIN).bounds))
-        return _subtract(shape, shapely.union_all(obstacles, grid_size=SNAP_DISTANCE), room)
+        return subtract_obstacles(shape, clip_obstacles(obstacles, shape), room)
 
 
 def _outline(shape: Shape, view: View, room: Room) -> Polygon:
@@ -227,11 +225,19 @@ def _outline(shape: Shape, view: View, room: Room) -> Polygon:
     corner = np.array([shape.window[1].start, shape.window[0].start], float)
     smooth = shapely.simplify(outlines[0], OUTLINE_TOLERANCE)
     cells = shapely.transform(largest_part(smooth), lambda pixels: view.to_map(pixels + corner))
-    part = _subtract(cells, Polygon(), room)
+    part = subtract_obstacles(cells, Polygon(), room)
     return Polygon(part.exterior, [hole for hole in part.interiors if Polygon(hole).area >= MIN_HOLE])
 
 
-def _subtract(shape: Polygon, occupied: shapely.Geometry, room: Room) -> Polygon:
+def clip_obstacles(obstacles: Sequence[Polygon], shape: Polygon) -> shapely.Geometry:
+    """The union of obstacles near a shape: rounding to a grid takes long for all of a long corridor."""
+    near = shapely.intersection(obstacles, shapely.box(*shape.buffer(CLIP_MARGIN).bounds))
+    # Where sides touch the box, lines remain, which GEOS cannot subtract together with areas.
+    areas = [part for part in shapely.get_parts(near) if isinstance(part, Polygon)]
+    return shapely.union_all(areas, grid_size=SNAP_DISTANCE)
+
+
+def subtract_obstacles(shape: Polygon, occupied: shapely.Geometry, room: Room) -> Polygon:
     """The shape and the room, without the occupied area outside the room; only the part that contains the room."""
     # Rounding to a grid avoids slivers between outlines that nearly coincide.
     rest = shapely.get_parts(shapely.difference(shape, occupied, grid_size=SNAP_DISTANCE))
