@@ -143,8 +143,12 @@ class TestPredict:
             ]
             assert spread["mean"] == pytest.approx(sum(counts) / 8, abs=1e-4)
         behind = [data["label"] for graph in graphs for _, data in graph.nodes(data=True) if data.get("door") == 5]
-        shares = {label: behind.count(label) / len(behind) for label in behind}
-        assert content["open_ends"][1]["labels"] == pytest.approx(shares, abs=1e-4)
+        # Half of the probability is the share of the samples, half what is behind similar doors of the model.
+        labels = content["open_ends"][1]["labels"]
+        rest = {label: labels[label] - behind.count(label) / len(behind) / 2 for label in labels}
+        assert {*behind} <= labels.keys()
+        assert all(value > -1e-4 for value in rest.values())
+        assert sum(rest.values()) == pytest.approx(0.5, abs=1e-3)
 
     @pytest.mark.slow
     def test_is_repeatable_with_a_seed(self, explored, model, tmp_path):
@@ -199,10 +203,10 @@ class TestPredict:
     @pytest.mark.slow
     @pytest.mark.parametrize(
         ("seen_area", "probability", "is_known"),
-        [(4.9, 0.9, False), (5.1, 0.39, False), (5.1, 0.41, True), (7.4, 0.1, False), (7.6, 0.1, True)],
+        [(4.9, 0.9, False), (5.1, 0.1, True)],
     )
     def test_a_glimpsed_room_is_unknown(self, model, tmp_path, seen_area, probability, is_known):
-        """Half of 10 m² must be explored for a probable label to count, and three quarters for any label."""
+        """Half of 10 m² must be explored for a label to count, however probable it is."""
         graph = EXPLORED.copy()
         label = {"label": "CLOSET", "label_probabilities": {"school": {"CLOSET": probability}}}
         graph.nodes[5].update(label, predicted_area=10.0, area=seen_area)
