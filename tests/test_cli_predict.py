@@ -149,6 +149,7 @@ class TestPredict:
         assert {*behind} <= labels.keys()
         assert all(value > -1e-4 for value in rest.values())
         assert sum(rest.values()) == pytest.approx(0.5, abs=1e-3)
+        assert rest.keys() - {*behind}
 
     @pytest.mark.slow
     def test_is_repeatable_with_a_seed(self, explored, model, tmp_path):

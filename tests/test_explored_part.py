@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pianta.errors import GraphError, LabelError
+from pianta.labels import OFFICE
 from pianta.prediction.explored_part import explore_by_corridors, find_start, hide_rooms, read_explored_part
 from tests.generated_types import SCHOOL, WINGS, join_wings
 
@@ -127,24 +128,75 @@ def test_a_glimpsed_corridor_is_open():
 
 
 @pytest.mark.parametrize(
-    ("label", "observed", "probability", "is_open", "is_unknown"),
+    ("messages", "is_unknown"),
     [
-        # Most of the corridor was seen
-        ("CORRIDOR", 7.9, 0.9, True, False),
-        ("CORRIDOR", 8.0, 0.9, False, False),
-        ("CORRIDOR", 7.9, 0.5, True, False),
-        # Through their doors rooms look like entrances
-        ("ENTRANCE", 4.9, 0.49, False, True),
-        ("ENTRANCE", 5.0, 0.49, False, False),
+        # Through their doors rooms look like entrances; labels of corridors count together.
+        ({"ENTRANCE": 0.4, "CORRIDOR": 0.09, "CLASSROOM": 0.51}, True),
+        ({"ENTRANCE": 0.4, "CORRIDOR": 0.1, "CLASSROOM": 0.5}, False),
+        ({"ENTRANCE": 0.4, "HALL": "much", "LOBBY": True, "CORRIDOR": float("nan")}, True),
+        # Without a probability of the label itself, it counts.
+        ({"CLASSROOM": 0.9}, False),
     ],
 )
-def test_corridors_end_and_doubtful_ones_are_rooms(label, observed, probability, is_open, is_unknown):
-    side = {"label": label, "partial": True, "area": observed, "predicted_area": 10.0}
-    side["label_probabilities"] = {"R/C": {"ROOM": 1 - probability, "CORRIDOR": probability}}
-    rooms: dict[str, dict[str, object]] = {"hall": {"label": "CORRIDOR"}, "side": side}
+def test_doubtful_corridors_are_rooms(messages, is_unknown):
+    rooms: dict[str, dict[str, object]] = {
+        "hall": {"label": "CORRIDOR"},
+        "side": {
+            "label": "ENTRANCE",
+            "partial": True,
+            "area": 4.9,
+            "predicted_area": 10.0,
+            "label_probabilities": {"R/C": {"ROOM": 0.9, "CORRIDOR": 0.1}, "school": messages},
+        },
+    }
+    graph = make_graph(rooms, ("hall", "side"))
+    part = read_explored_part(graph, SCHOOL)
+    assert (part.open, part.doors) == ((), {1: 0}) if is_unknown else ((1,), {})
+    # Of a room of which half was seen, the label counts, but it is no corridor.
+    graph.nodes["side"]["area"] = 5.0
+    part = read_explored_part(graph, SCHOOL)
+    assert part.doors == {}
+    assert (part.open, part.corridors) == (((), {0}) if is_unknown else ((1,), {0, 1}))
+
+
+def test_openspaces_of_offices_stay_corridors():
+    rooms: dict[str, dict[str, object]] = {
+        "hall": {"label": "CORRIDOR"},
+        "space": {
+            "label": "OPENSPACE",
+            "partial": True,
+            "label_probabilities": {"R/C": {"ROOM": 0.98, "CORRIDOR": 0.02}, "office": {"OPENSPACE": 0.9}},
+        },
+    }
+    assert read_explored_part(make_graph(rooms, ("hall", "space")), OFFICE).open == (1,)
+
+
+def test_huge_numbers_as_probabilities_are_left_out():
+    rooms: dict[str, dict[str, object]] = {
+        "hall": {"label": "CORRIDOR"},
+        "class": {"label": "CLASSROOM", "partial": True, "label_probabilities": {"type": {"CLASSROOM": 10**400}}},
+    }
+    assert read_explored_part(make_graph(rooms, ("hall", "class")), SCHOOL).doors == {}
+
+
+@pytest.mark.parametrize(
+    ("observed", "predicted", "is_open"),
+    [
+        (7.9, 10.0, True),
+        (8.0, 10.0, False),
+        # Nothing is predicted beyond the observed part, so how much is unseen is unknown.
+        (10.0, 10.0, True),
+        (10.0, None, True),
+    ],
+)
+def test_corridors_of_which_most_was_seen_are_complete(observed, predicted, is_open):
+    rooms: dict[str, dict[str, object]] = {
+        "hall": {"label": "CORRIDOR"},
+        "side": {"label": "CORRIDOR", "partial": True, "area": observed, "predicted_area": predicted},
+    }
     part = read_explored_part(make_graph(rooms, ("hall", "side")), SCHOOL)
     assert part.open == ((1,) if is_open else ())
-    assert part.doors == ({1: 0} if is_unknown else {})
+    assert part.corridors == {0, 1}
 
 
 def test_rooms_without_doors_and_loops_are_left_out():

@@ -1,6 +1,7 @@
 """Sampled floors around explored parts: explored rooms stay, every door leads to a room, and the floor is connected."""
 
 import networkx as nx
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -129,6 +130,37 @@ def test_a_door_of_a_room_where_no_model_has_one():
     for sample in SAMPLER.sample(part, range(40)):
         assert {*sample.behind} == {1}
         assert nx.is_connected(sample.graph)
+
+
+def test_floors_of_corridors_alone_have_no_examples_of_doors():
+    corridors = []
+    for length in (2, 3, 4):
+        graph = nx.path_graph(length)
+        nx.set_node_attributes(graph, "CORRIDOR", "label")
+        graph.graph["source"] = f"{length} corridors"
+        corridors.append(graph)
+    sampler = FloorSampler(learn_type(corridors, SCHOOL))
+    assert sampler.ends.examples == []
+    graph = nx.path_graph(2)
+    nx.set_node_attributes(graph, {0: {"label": "CLASSROOM"}, 1: {"label": None, "partial": True}})
+    for sample in sampler.sample(read_explored_part(graph, SCHOOL), range(10)):
+        assert {*sample.behind} == {1}
+
+
+@pytest.mark.parametrize(
+    ("label", "is_corridor", "examples"), [("HALL", True, "at_corridors"), ("GYM", False, "at_rooms")]
+)
+def test_behind_corridors_is_what_was_at_corridors(label, is_corridor, examples):
+    """No floor of the model has a door of this label, so all doors of its kind count."""
+    assert label not in BACK_DOORS.ends.by_label
+    assert BACK_DOORS.ends.at_corridors != BACK_DOORS.ends.at_rooms
+    generator = np.random.default_rng(0)
+    sampled = [
+        BACK_DOORS._draw_branch(label, is_corridor=is_corridor, leads_on=True, generator=generator) for _ in range(300)
+    ]
+    branches = {id(branch) for branch in sampled if branch is not None}
+    assert branches
+    assert branches <= {id(example.branch) for example in getattr(BACK_DOORS.ends, examples)}
 
 
 @pytest.mark.slow

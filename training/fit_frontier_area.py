@@ -108,8 +108,8 @@ def choose_buildings(data: Path, fold: int | None) -> Iterator[tuple[ExploredBui
     building_of = {floor.item: floor.building for floor in annotated}
     left_out = [] if fold is None else sorted({*building_of.values()})[fold::2]
     for school in read_buildings(data, SCHOOL.building_type).buildings:
-        own = building_of[school.name]
-        if school.others and len(school.floor) <= MOST_ROOMS and own not in left_out:
+        own = building_of.get(school.name)
+        if own and school.others and len(school.floor) <= MOST_ROOMS and own not in left_out:
             yield school, tuple(floor.floor for floor in annotated if floor.building != own)
 
 

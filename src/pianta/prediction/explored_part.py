@@ -26,10 +26,12 @@ START_LABELS = ("ENTRANCE", "ELEVATOR", "STAIRS")
 MIN_OBSERVED_SHARE = 0.5
 # The label of a partial room of unknown share with a smaller probability is ignored.
 MIN_LABEL_PROBABILITY = 0.4
-# A corridor with this observed share does not go on: what is unseen are corners and niches. Chosen on maps of eleven
-# schools (docs/methods/mapping.md).
+# A corridor with this observed share is taken as complete: on maps of robots, most of what is left are corners and
+# niches. Chosen on maps of fifteen schools (docs/methods/prediction.md).
 COMPLETE_SHARE = 0.8
-# A partial room with a smaller probability of a corridor (R/C) counts as a room, whatever its finer label.
+# Smaller differences of areas are of rounding, m².
+LEAST_AREA = 0.01
+# A partial room counts as a corridor if all labels of corridors together have this probability.
 MIN_CORRIDOR_PROBABILITY = 0.5
 
 
@@ -69,8 +71,8 @@ def read_explored_part(graph: nx.Graph, schema: LabelSchema) -> ExploredPart:
     """Build the explored part of a floor from the graph of a partial map, or from a graph with unknown rooms.
 
     graph: as of `Floor.graph`; a room that is not `partial` has all of its doors. A partial corridor is open until four
-    fifths of its predicted area are observed; a room with such a label that is more probably a room than a corridor
-    does not count as one. Another partial room is unknown if it has no label, if less than half of its predicted area
+    fifths of its predicted area are observed; a partial room for which other labels are more probable than all those of
+    corridors does not count as one. Another partial room is unknown if it has no label, if less than half of its predicted area
     is observed, or if that is not predicted and its label is improbable; each of its doors then leads to an unknown
     room of its own. Other partial rooms are known, without further doors.
     Raises LabelError for rooms without a label that are not partial and for labels outside the schema, GraphError if no
@@ -87,16 +89,15 @@ def read_explored_part(graph: nx.Graph, schema: LabelSchema) -> ExploredPart:
     named = nx.Graph()
     named.add_nodes_from((node, {"label": label}) for node, label in labels.items() if label is not None)
     corridors = find_corridors(named, schema, convention=LabelConvention.GRAPHS)
-    partial_corridors = {node for node in corridors if is_partial[node] and _is_probable_corridor(joined.nodes[node])}
+    corridors = {
+        node for node in corridors if not is_partial[node] or _is_probable_corridor(joined.nodes[node], schema)
+    }
     unknown = {
         node
         for node in joined
-        if is_partial[node] and node not in partial_corridors and _is_label_unreliable(labels[node], joined.nodes[node])
+        if is_partial[node] and node not in corridors and _is_label_unreliable(labels[node], joined.nodes[node])
     }
-    is_open = {
-        node: node in partial_corridors and (_measure_observed_share(joined.nodes[node]) or 0.0) < COMPLETE_SHARE
-        for node in joined
-    }
+    is_open = {node: is_partial[node] and node in corridors and not _is_complete(joined.nodes[node]) for node in joined}
     rooms = [node for node in joined if node not in unknown and (joined.degree(node) or is_partial[node])]
     if not rooms:
         raise GraphError("no room of it is known and has a door, explore more of it")
@@ -178,36 +179,55 @@ def _is_label_unreliable(label: str | None, attributes: Mapping[str, Any]) -> bo
     """Whether too little of a partial room is observed for its label to be used."""
     if label is None:
         return True
-    share = _measure_observed_share(attributes)
-    if share is not None:
-        return share < MIN_OBSERVED_SHARE
-    values = [probabilities.get(label) for probabilities in _list_label_sets(attributes).values()]
-    numbers = [float(value) for value in values if isinstance(value, int | float)]
-    return bool(numbers) and numbers[-1] < MIN_LABEL_PROBABILITY
+    areas = _find_areas(attributes)
+    if areas is not None:
+        return areas[0] < MIN_OBSERVED_SHARE * areas[1]
+    return _find_probabilities(label, attributes).get(label, 1.0) < MIN_LABEL_PROBABILITY
 
 
-def _is_probable_corridor(attributes: Mapping[str, Any]) -> bool:
-    """Whether a room with the label of a corridor is one by its probabilities in R/C; without these it is one."""
-    value = _list_label_sets(attributes).get(str(LabelSet.R_C), {}).get(str(RC.CORRIDOR))
-    return not isinstance(value, int | float) or value >= MIN_CORRIDOR_PROBABILITY
+def _is_probable_corridor(attributes: Mapping[str, Any], schema: LabelSchema) -> bool:
+    """Whether a room with the label of a corridor is one by the probabilities of all such labels, if these are known."""
+    probabilities = _find_probabilities(_standardise(attributes["label"]), attributes)
+    in_schema = {label: value for label, value in probabilities.items() if label in schema.by_name}
+    labels = schema.map_labels(in_schema, LabelSet.R_C, convention=LabelConvention.GRAPHS)
+    total = sum(value for value, label in zip(in_schema.values(), labels, strict=True) if label == RC.CORRIDOR)
+    return not in_schema or total >= MIN_CORRIDOR_PROBABILITY
 
 
-def _measure_observed_share(attributes: Mapping[str, Any]) -> float | None:
-    """The share of the predicted area of a room that is observed; None if an area is unknown."""
-    predicted, observed = size_attribute({"area": attributes.get("predicted_area")}), size_attribute(attributes)
-    return observed["area"] / predicted["area"] if predicted and observed else None
+def _is_complete(attributes: Mapping[str, Any]) -> bool:
+    """Whether most of a corridor was observed; if nothing is predicted beyond the observed part, that is unknown."""
+    areas = _find_areas(attributes)
+    if areas is None:
+        return False
+    observed, predicted = areas
+    return predicted - observed > LEAST_AREA and observed >= COMPLETE_SHARE * predicted
 
 
-def _list_label_sets(attributes: Mapping[str, Any]) -> dict[str, Mapping[str, Any]]:
-    """The probabilities of labels by label set, the finest last; those from GraphML are JSON text."""
+def _find_areas(attributes: Mapping[str, Any]) -> tuple[float, float] | None:
+    """The observed and the predicted area of a room, m²; None if one is unknown."""
+    observed, predicted = size_attribute(attributes), size_attribute({"area": attributes.get("predicted_area")})
+    return (observed["area"], predicted["area"]) if observed and predicted else None
+
+
+def _find_probabilities(label: str | None, attributes: Mapping[str, Any]) -> dict[str, float]:
+    """The probabilities of the finest label set that has a label; those from GraphML are JSON text."""
     label_sets = attributes.get("label_probabilities")
     if isinstance(label_sets, str):
         try:
             label_sets = from_json(label_sets)
-        except ValueError:
+        except (ValueError, TypeError):
             return {}
-    items = label_sets.items() if isinstance(label_sets, Mapping) else ()
-    return {name: probabilities for name, probabilities in items if isinstance(probabilities, Mapping)}
+    sets = [*label_sets.values()] if isinstance(label_sets, Mapping) else []
+    label_values = [
+        {str(name): value for name, value in probabilities.items() if _is_probability(value)}
+        for probabilities in sets
+        if isinstance(probabilities, Mapping)
+    ]
+    return next((probabilities for probabilities in reversed(label_values) if label in probabilities), {})
+
+
+def _is_probability(value: object) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and 0 <= value <= 1
 
 
 def _number_rooms(
