@@ -72,9 +72,9 @@ def read_explored_part(graph: nx.Graph, schema: LabelSchema) -> ExploredPart:
 
     graph: as of `Floor.graph`; a room that is not `partial` has all of its doors. A partial corridor is open until four
     fifths of its predicted area are observed; a partial room for which other labels are more probable than all those of
-    corridors does not count as one. Another partial room is unknown if it has no label, if less than half of its predicted area
-    is observed, or if that is not predicted and its label is improbable; each of its doors then leads to an unknown
-    room of its own. Other partial rooms are known, without further doors.
+    corridors does not count as one. Another partial room is unknown if it has no label, if less than half of its
+    predicted area is observed, or if that is not predicted and its label is improbable; each of its doors then leads to
+    an unknown room of its own. Other partial rooms are known, without further doors.
     Raises LabelError for rooms without a label that are not partial and for labels outside the schema, GraphError if no
     room is known and for more than 1000 rooms.
     """
@@ -88,9 +88,10 @@ def read_explored_part(graph: nx.Graph, schema: LabelSchema) -> ExploredPart:
         raise LabelError(f"rooms {name_some(unlabelled)} have no label and are not partial, label them")
     named = nx.Graph()
     named.add_nodes_from((node, {"label": label}) for node, label in labels.items() if label is not None)
-    corridors = find_corridors(named, schema, convention=LabelConvention.GRAPHS)
     corridors = {
-        node for node in corridors if not is_partial[node] or _is_probable_corridor(joined.nodes[node], schema)
+        node
+        for node in find_corridors(named, schema, convention=LabelConvention.GRAPHS)
+        if not is_partial[node] or _is_probable_corridor(joined.nodes[node], schema)
     }
     unknown = {
         node
@@ -186,7 +187,7 @@ def _is_label_unreliable(label: str | None, attributes: Mapping[str, Any]) -> bo
 
 
 def _is_probable_corridor(attributes: Mapping[str, Any], schema: LabelSchema) -> bool:
-    """Whether a room with the label of a corridor is one by the probabilities of all such labels, if these are known."""
+    """Whether a room with the label of a corridor is one, by the probabilities of all such labels."""
     probabilities = _find_probabilities(_standardise(attributes["label"]), attributes)
     in_schema = {label: value for label, value in probabilities.items() if label in schema.by_name}
     labels = schema.map_labels(in_schema, LabelSet.R_C, convention=LabelConvention.GRAPHS)

@@ -23,7 +23,8 @@ class DoorWeights:
 
     size_width: of the kernel over logarithms of the areas of rooms with a door. label_width: of that over divergences
     of the labels of known rooms, bits. any_doors: as many doors of rooms with the same function as all doors of
-    corridors, or of other rooms, weigh together. function_doors: as many doors of rooms with the same label as those with the same function weigh.
+    corridors, or of other rooms, weigh together. function_doors: as many doors of rooms with the same label as those
+    with the same function weigh.
     """
 
     size_width: float = 0.5

@@ -29,8 +29,7 @@ from pianta.prediction.similar_doors import SimilarDoors
 
 # Probability that an area is of a random cluster, not of that of the similar floor. Chosen by hand.
 P_RANDOM_CLUSTER = 0.2
-# All doors of corridors, or of other rooms, weigh as much as this many floors with doors of the label of the room. Chosen
-# by hand.
+# All doors of corridors, or of other rooms, weigh as much as this many floors with doors of the same label. By hand.
 PRIOR_FLOORS = 5.0
 # Moves of steps 2 and 4; fewer than without an explored part, which leaves few free edges and doors. Chosen by hand.
 EDGE_MOVES = 200
