@@ -76,7 +76,7 @@ class MapUpdate:
         The share of the seen cells that were read again, 0 … 1.
     ends
         With a model of the building's type: unopened doors and open corridors, as `predict` describes them. Their
-        labels are beliefs too; those behind doors are often wrong (docs/methods/mapping.md).
+        labels are beliefs too, calibrated, but seldom certain (docs/methods/mapping.md).
     prediction
         With such a model, the expected size of the floor, and the samples; None if nothing is open.
     waiting_share
