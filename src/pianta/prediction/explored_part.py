@@ -27,7 +27,7 @@ MIN_OBSERVED_SHARE = 0.5
 # The label of a partial room of unknown share with a smaller probability is ignored.
 MIN_LABEL_PROBABILITY = 0.4
 # A corridor with this observed share is taken as complete: on maps of robots, most of what is left are corners and
-# niches. Chosen on maps of fifteen schools (docs/methods/prediction.md).
+# niches. Chosen on maps of eleven schools (docs/methods/mapping.md).
 COMPLETE_SHARE = 0.8
 # Smaller differences of areas are of rounding, m².
 LEAST_AREA = 0.01
