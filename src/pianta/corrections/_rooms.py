@@ -29,6 +29,7 @@ from pianta.corrections.kinds import (
 )
 from pianta.errors import CorrectionError
 from pianta.floor import Door, Floor, Room
+from pianta.floor.polygons import find_largest_polygon, list_polygons
 from pianta.floor.shapes import MAX_GAP, MIN_ROOM, join_shapes, measure_gap, split_shape
 
 # The constants were chosen by hand.
@@ -113,8 +114,7 @@ def draw_room(floor: Floor, correction: DrawRoom) -> Floor:
         if shared >= SAME_IOU * (room.polygon.area + outline.area - shared):
             return floor
     others = shapely.union_all([room.polygon for room in floor])
-    parts = [part for part in shapely.get_parts(shapely.difference(outline, others)) if isinstance(part, Polygon)]
-    polygon = max(parts, key=lambda part: part.area, default=Polygon())
+    polygon = find_largest_polygon(shapely.difference(outline, others))
     if polygon.area < max(MIN_ROOM, MIN_FREE_SHARE * outline.area):
         position = describe_points((outline.centroid.x, outline.centroid.y))
         raise CorrectionError(f"other rooms are where the room at {position} is drawn, split or delete these first")
@@ -142,7 +142,7 @@ def mark_outside(floor: Floor, correction: MarkOutside) -> Floor:
     for room in floor:
         rest = shapely.difference(room.polygon, outline)
         if room.polygon.area - rest.area >= MIN_ROOM:
-            parts = [part for part in shapely.get_parts(rest) if isinstance(part, Polygon) and part.area >= MIN_ROOM]
+            parts = [part for part in list_polygons(rest) if part.area >= MIN_ROOM]
             floor = _divide(floor, room, sorted(parts, key=lambda part: -part.area))
     return floor
 

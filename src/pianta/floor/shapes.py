@@ -10,6 +10,8 @@ import shapely
 from shapely import LineString, Polygon
 from shapely.ops import linemerge, split
 
+from pianta.floor.polygons import find_largest_polygon, list_polygons
+
 # The constants were chosen by hand.
 # Rooms further apart than this are not one room: thicker than walls.
 MAX_GAP = 1.0  # metres
@@ -49,8 +51,7 @@ def join_shapes(shapes: Sequence[Polygon], others: Sequence[Polygon]) -> Polygon
     own = shapely.union_all(shapes)
     near = [other for other in others if other.intersects(closed)]
     joined = shapely.union(shapely.difference(closed, shapely.union_all(near)), own)
-    parts = [part for part in shapely.get_parts(joined) if isinstance(part, Polygon)]
-    largest: Polygon = max(parts, key=lambda part: part.area)
+    largest = find_largest_polygon(joined)
     # Slits along the walls of the rooms are no holes of the new one
     filled = Polygon(largest.exterior, [hole for hole in largest.interiors if Polygon(hole).area >= MIN_ROOM])
     # Without the slivers and the corners that growing and shrinking leave
@@ -70,10 +71,7 @@ def split_shape(shape: Polygon, line: LineString) -> tuple[list[Polygon], list[L
         return [shape], []
     # The ends of the pieces are on the outline but for rounding
     border = linemerge([extend_line(piece, CROSSING) for piece in pieces])
-    parts = sorted(
-        (part for part in shapely.get_parts(split(shape, border)) if isinstance(part, Polygon)),
-        key=lambda part: -part.area,
-    )
+    parts = sorted(list_polygons(split(shape, border)), key=lambda part: -part.area)
     rooms = [part for part in parts if part.area >= MIN_ROOM]
     for small in parts[len(rooms) :]:
         nearest = max(range(len(rooms)), key=lambda i: shapely.intersection(small, rooms[i]).length, default=None)

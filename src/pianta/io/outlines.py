@@ -12,6 +12,7 @@ from shapely import Polygon
 
 from pianta._types import Floats
 from pianta.errors import FloorError
+from pianta.floor.polygons import list_polygons
 from pianta.io._checked import read_checked
 from pianta.io.floors import MAX_COORDINATE
 from pianta.io.graphs import FLOOR_FILE
@@ -105,6 +106,6 @@ def _surround(polygons: list[Polygon]) -> shapely.Geometry:
     joined = wide.buffer(HALF_WALL - WIDEST_WALL / 2, join_style="mitre")
     parts = [
         Polygon(part.exterior, [hole for hole in part.interiors if Polygon(hole).area >= LEAST_COURT])
-        for part in shapely.get_parts(joined)
+        for part in list_polygons(joined)
     ]
     return parts[0] if len(parts) == 1 else shapely.MultiPolygon(parts)

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from shapely import Polygon, STRtree
 
 from pianta._types import Floats, Indices, Mask
+from pianta.floor.polygons import find_largest_polygon
 
 # Corners nearer to each other than this are one; metres. Well below a cell, well above the rounding of float64.
 SNAP_DISTANCE = 1e-6
@@ -92,8 +93,7 @@ def join_outlines(outlines: Polygons) -> Polygons:
 
 def largest_part(shape: shapely.Geometry) -> Polygon:
     """The largest polygon of a geometry, which need not be valid; an empty polygon if there is no polygon."""
-    parts = shapely.get_parts(shapely.make_valid(shape, method="structure", keep_collapsed=False))
-    return max((part for part in parts if isinstance(part, Polygon)), key=lambda part: part.area, default=Polygon())
+    return find_largest_polygon(shapely.make_valid(shape, method="structure", keep_collapsed=False))
 
 
 def _outline_parts(labels: Labels) -> tuple[Polygons, Labels]:

@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import shapely
-from shapely import Polygon, difference, get_parts
+from shapely import Polygon, difference
 
 from pianta.floor import PREDICTED_FLAG, Floor, Room
+from pianta.floor.polygons import list_polygons
 from pianta.labels import SCHEMAS
 from pianta.layout._label_images import SNAP_DISTANCE
 from pianta.plot.figure import DOOR_LEVEL, FURNITURE_LEVEL, PREDICTION_LEVEL, ROOM_LEVEL, WALL_LEVEL, new_ax
@@ -112,7 +113,7 @@ def list_predicted_parts(room: Room) -> list[Polygon]:
     """The parts of a room that are predicted, without thin ones, which are its walls."""
     if room.predicted is None:
         return []
-    parts = get_parts(difference(room.predicted, room.polygon, grid_size=SNAP_DISTANCE))
+    parts = list_polygons(difference(room.predicted, room.polygon, grid_size=SNAP_DISTANCE))
     return [part for part in parts if part.area >= MIN_PREDICTED_AREA]
 
 

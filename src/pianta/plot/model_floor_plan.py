@@ -9,6 +9,7 @@ import numpy as np
 import shapely
 
 from pianta.floor import Floor
+from pianta.floor.polygons import list_polygons
 from pianta.patterns.model_floor_plan import ModelFloorPlan, Occurrence, Pattern
 from pianta.plot.figure import GRAPH_LEVEL, ROOM_LEVEL, TEXT_LEVEL, new_ax
 from pianta.plot.floor_parts import plot_doors
@@ -115,7 +116,7 @@ def _plot_occurrence(floor: Floor, occurrence: Occurrence, name: str, color: str
     if occurrence.motion is None:
         reach = JOIN_SHARE * float(np.sqrt(largest.area))
         joined = shapely.union_all(shapely.buffer(polygons, reach, join_style="mitre"))
-        for part in shapely.get_parts(joined):
+        for part in list_polygons(joined):
             look = {"facecolor": "none", "edgecolor": color, "linewidth": MODEL_WIDTH}
             _add_patch(part, ax, zorder=GRAPH_LEVEL, **look)
 

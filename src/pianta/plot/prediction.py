@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import networkx as nx
 import shapely
 
+from pianta.floor.polygons import list_polygons
 from pianta.io._files import count_noun
 from pianta.labels import LabelSchema
 from pianta.plot.figure import clean_legend, make_square, new_ax, new_figure
@@ -189,7 +190,7 @@ def plot_known_part(
     plot_room_graph(graph, ax=ax, schema=schema)
     positions = place_nodes(graph)
     shade = _shade(graph.subgraph(known_nodes), positions)
-    for part in shapely.get_parts(shade):
+    for part in list_polygons(shade):
         ax.add_patch(patch_from_polygon(part, facecolor=SHADE_COLOR, edgecolor="none", zorder=SHADE_LEVEL))
     for node in open_ends:
         frame = {"facecolor": "none", "edgecolor": OPEN_COLOR, "linewidth": 1.5, "zorder": TEXT_LEVEL}

@@ -136,18 +136,22 @@ class OpenEnds:
         hubs = [find_hub(floor.graph, area, corridors) for area in floor.areas]
         opened: set[str] = set()
         for stage in explore_by_corridors(floor.graph, corridors):
-            self._add_stage(number, floor, hubs, stage, opened)
+            self._add_stage(number, hubs, [*stage], read_explored_part(stage, self.model.schema), opened)
         # Robots see the doors of a corridor before the rooms behind them
         for stage in explore_by_corridors(floor.graph, corridors, corridors_first=True):
-            if _count_open_ends(read_explored_part(stage, self.model.schema)).corridor_doors:
-                self._add_stage(number, floor, hubs, stage, opened)
+            explored = read_explored_part(stage, self.model.schema)
+            if _count_open_ends(explored).corridor_doors:
+                self._add_stage(number, hubs, [*stage], explored, opened)
 
-    def _add_stage(self, number: int, floor: TypeFloor, hubs: Sequence[int], stage: nx.Graph, opened: set[str]) -> None:
+    def _add_stage(
+        self, number: int, hubs: Sequence[int], names: Sequence[Hashable], explored: ExploredPart, opened: set[str]
+    ) -> None:
         """Add a stage of a floor, and the examples of its doors that are not in `opened`, which gets them.
 
-        Where rooms behind doors of corridors are not known, only these doors are examples.
+        names: of its rooms, known and unknown, in the order in which examples are added. Where rooms behind doors of
+        corridors are not known, only these doors are examples.
         """
-        explored = read_explored_part(stage, self.model.schema)
+        floor = self.model.floors[number]
         closed = {explored.graph.nodes[node]["room"] for node in explored.closed}
         areas = tuple(index for index, hub in enumerate(hubs) if hub not in closed)
         area_of = {node: index for index, area in enumerate(floor.areas) for node in area}
@@ -155,7 +159,7 @@ class OpenEnds:
         self.stages.append(Stage(number, *counts, labels, areas))
         near_of = {explored.graph.nodes[door]["room"]: room for door, room in explored.doors.items()}
         # A door that is unopened in several stages is one example
-        for name in [name for name in stage if name in near_of and name not in opened]:
+        for name in [str(name) for name in names if name in near_of and name not in opened]:
             is_corridor = near_of[name] in explored.corridors
             if is_corridor != bool(counts.corridor_doors):
                 continue

@@ -30,6 +30,7 @@ from shapely.geometry.base import BaseGeometry
 from pianta.corrections._doors import find_beside
 from pianta.corrections._positions import middle_of
 from pianta.floor import Door, Floor, Room
+from pianta.floor.polygons import find_largest_polygon, list_polygons
 from pianta.floor.shapes import MIN_ROOM
 from pianta.layout.room_ids import MIN_COMMON_SHARE, SAME_OUTLINE_IOU, move_floor
 from pianta.reading._map_change import MapChange
@@ -71,7 +72,7 @@ def restore_rooms(floor: Floor, previous: Floor, confirmed: Sequence[Room], chan
     for room in sorted((room for room in old if room.id in ids), key=lambda room: (-room.polygon.area, room.id)):
         others = [each.polygon for each in old if each.id != room.id]
         occupied = shapely.union_all([now[room_id].polygon for room_id in restored])
-        outline = _largest(shapely.difference(room.polygon, occupied))
+        outline = find_largest_polygon(shapely.difference(room.polygon, occupied))
         touched = [each for each in now if each.id not in restored and each.polygon.intersects(outline)]
         own = [each for each in touched if _descends(each.polygon, outline)]
         if not own or _has_changed(outline, [each.polygon for each in touched], others, change):
@@ -110,9 +111,9 @@ def _find_border(one: Polygon, other: Polygon) -> BaseGeometry:
 
 def _grow(outline: Polygon, own: Sequence[Room], others: Sequence[Polygon]) -> Polygon:
     """The outline with the parts of its new rooms that were in no other previous room."""
-    beyond = [part for room in own for part in _list_parts(shapely.difference(room.polygon, outline))]
+    beyond = [part for room in own for part in list_polygons(shapely.difference(room.polygon, outline))]
     grown = [part for part in beyond if not _is_room(part) or not any(_descends(part, other) for other in others)]
-    return _largest(shapely.union_all([outline, *grown]))
+    return find_largest_polygon(shapely.union_all([outline, *grown]))
 
 
 def _take(floor: Floor, new: Room, touched: Sequence[Room]) -> Floor:
@@ -122,7 +123,7 @@ def _take(floor: Floor, new: Room, touched: Sequence[Room]) -> Floor:
         if all(room.id != each.id for each in touched):
             rooms.append(room)
             continue
-        left = _list_parts(shapely.difference(room.polygon, new.polygon))
+        left = list_polygons(shapely.difference(room.polygon, new.polygon))
         for number, part in enumerate(sorted(filter(_is_room, left), key=lambda part: -part.area)):
             last_id += number > 0
             rooms.append(
@@ -187,11 +188,3 @@ def _measure_iou(one: Polygon, other: Polygon) -> float:
 def _is_room(part: Polygon) -> bool:
     """Whether a part of a room is large and wide enough to be one."""
     return part.area >= MIN_ROOM and not part.buffer(-MIN_WIDTH / 2).is_empty
-
-
-def _list_parts(shape: BaseGeometry) -> list[Polygon]:
-    return [part for part in shapely.get_parts(shape) if isinstance(part, Polygon) and not part.is_empty]
-
-
-def _largest(shape: BaseGeometry) -> Polygon:
-    return max(_list_parts(shape), key=lambda part: part.area, default=Polygon())

@@ -7,11 +7,12 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
-from shapely import LineString, Point, Polygon, box, get_coordinates, get_parts, set_precision, transform, unary_union
+from shapely import LineString, Point, Polygon, box, get_coordinates, set_precision, transform, unary_union
 from shapely.geometry.base import BaseGeometry
 
 from pianta._types import Floats
 from pianta.floor import Door, Floor, Room
+from pianta.floor.polygons import list_polygons
 from pianta.worlds.wall_axes import Range, find_shared_wall, find_wall_axes, round_to_mm, split_sides
 
 DoorKind = Literal["door", "opening"]
@@ -272,7 +273,7 @@ def _draw_side_position(layout: Layout, space: int) -> tuple[float, float, float
 def _room_inside(space: Polygon, solid: BaseGeometry) -> Polygon:
     """The part of a space that walls and blocks leave, without slivers; LayoutError if nothing is left."""
     left = space.difference(solid)
-    parts = [part for part in get_parts(left) if not part.buffer(-NARROWEST_ROOM).is_empty]
+    parts = [part for part in list_polygons(left) if not part.buffer(-NARROWEST_ROOM).is_empty]
     if not parts:
         raise LayoutError("a room is too small")
     inside = round_to_mm(max(parts, key=lambda part: part.area))

@@ -9,13 +9,13 @@ from pathlib import Path
 from typing import Annotated
 
 import numpy as np
-import shapely
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, FiniteFloat, ValidationError
 from shapely import Polygon, box
 from shapely.geometry.base import BaseGeometry
 
 from pianta.errors import BuildingError
 from pianta.floor import Floor, Room
+from pianta.floor.polygons import list_polygons
 from pianta.io._faults import describe_validation
 from pianta.io._files import short_repr
 from pianta.io.buildings._findings import MAX_CORNERS, Findings, check_room_count, polygon_of_corners
@@ -103,7 +103,7 @@ def _divide_outline(
     free: BaseGeometry = outline
     shapes: dict[_Box, Polygon] = {}
     for bounds in sorted(boxes, key=lambda bounds: box(*bounds).area):
-        part = max(_polygons(free.intersection(box(*bounds))), key=lambda part: part.area, default=Polygon())
+        part = max(list_polygons(free.intersection(box(*bounds))), key=lambda part: part.area, default=Polygon())
         if part.area < MIN_REMAINDER:
             text = f"the box {bounds} ({boxes[bounds]}) is hidden by smaller ones or outside the outline, left out"
             findings.repairs[text] = None
@@ -116,10 +116,5 @@ def _divide_outline(
 def _wide_parts(shape: BaseGeometry) -> list[Polygon]:
     """The parts of a shape with the width and area of a room, the largest first."""
     core = shape.buffer(-MIN_WIDTH / 2, join_style="mitre").buffer(MIN_WIDTH / 2, join_style="mitre")
-    parts = [part for part in _polygons(shape.intersection(core)) if part.area >= MIN_AREA]
+    parts = [part for part in list_polygons(shape.intersection(core)) if part.area >= MIN_AREA]
     return sorted(parts, key=lambda part: -part.area)
-
-
-def _polygons(shape: BaseGeometry) -> list[Polygon]:
-    """The areas of a shape, without the lines and points where others touch it."""
-    return [part for part in shapely.get_parts(shape).ravel() if isinstance(part, Polygon) and part.area > 0]

@@ -12,6 +12,7 @@ from shapely import Polygon
 
 from pianta.errors import BuildingError, MapError
 from pianta.floor import Floor, Room
+from pianta.floor.polygons import list_polygons
 from pianta.io._files import short_repr
 from pianta.io.buildings._findings import Findings, check_room_count
 from pianta.io.buildings._formats import BuildingFormat, open_building
@@ -52,7 +53,7 @@ def outline_runs(runs: NDArray[np.int64], side: float, findings: Findings, name:
     """The outline of the largest part of runs of pixels, in metres. side: of a pixel, metres."""
     left, top, length = runs.T
     shape = shapely.union_all(shapely.box(left, -(top + 1.0), left + length, -1.0 * top))
-    parts = [part for part in shapely.get_parts(shape).ravel() if isinstance(part, Polygon)]
+    parts = list_polygons(shape)
     largest = max(parts, key=lambda part: part.area)
     scattered = 1 - largest.area / shape.area
     if scattered > MAX_SCATTERED:

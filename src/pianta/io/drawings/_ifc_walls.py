@@ -12,6 +12,7 @@ import shapely
 from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
+from pianta.floor.polygons import list_polygons
 from pianta.io.drawings._ifc_model import ROUNDING, IfcModel, Shape
 from pianta.io.drawings._layers import plan_error
 
@@ -109,8 +110,7 @@ class Walls:
         solid = shapely.union_all([part for part in parts if not part.is_empty], grid_size=ROUNDING)
         half = MAX_GAP / 2
         closed = solid.buffer(half, join_style="mitre").buffer(-half, join_style="mitre")
-        parts = [part for part in shapely.get_parts(shapely.union_all([solid, closed])) if isinstance(part, Polygon)]
-        return shapely.union_all(parts)
+        return shapely.union_all(list_polygons(shapely.union_all([solid, closed])))
 
     def _shut(self, door: entity_instance, shape: Shape) -> BaseGeometry:
         """The rectangle of a door, in its wall; in some files only this is at its place, and the opening is not."""
@@ -129,7 +129,7 @@ class Walls:
         """The outlines of the rooms of a storey, metres, from the largest."""
         solid = self.cut(storey.base + CUT)
         free = fill_holes(solid).difference(solid)
-        candidates = [part for part in shapely.get_parts(free) if isinstance(part, Polygon) and _is_wide(part)]
+        candidates = [part for part in list_polygons(free) if _is_wide(part)]
         floor = self._project_floor(storey)
         rooms = [
             room
@@ -152,8 +152,7 @@ class Walls:
 
 def fill_holes(area: BaseGeometry) -> BaseGeometry:
     """An area with what it encloses."""
-    parts = [part for part in shapely.get_parts(area) if isinstance(part, Polygon)]
-    filled: BaseGeometry = shapely.union_all([Polygon(part.exterior) for part in parts])
+    filled: BaseGeometry = shapely.union_all([Polygon(part.exterior) for part in list_polygons(area)])
     return filled
 
 

@@ -13,6 +13,7 @@ from defusedxml import DefusedXmlException, ElementTree
 from shapely import LineString, Polygon
 
 from pianta.floor import MAX_ROOM_NAME_LENGTH, Door, Floor, Room
+from pianta.floor.polygons import find_largest_polygon
 from pianta.io._files import one_line_reason, short_repr
 from pianta.io._xml import parse_number
 from pianta.io.drawings._ifc_passages import rooms_beside
@@ -117,9 +118,8 @@ def _read_room(room: Element) -> tuple[Polygon, str | None] | None:
     corners = np.array(numbers, float).reshape(-1, 2) * (CM, -CM)
     if len(corners) < 3 or not np.isfinite(corners).all():
         return None
-    parts = shapely.get_parts(shapely.make_valid(Polygon(corners), method="structure"))
-    areas = [part for part in parts if isinstance(part, Polygon) and part.area > 0]
-    return (max(areas, key=lambda part: part.area), _clean(room.get("name"))) if areas else None
+    outline = find_largest_polygon(shapely.make_valid(Polygon(corners), method="structure"))
+    return (outline, _clean(room.get("name"))) if outline.area else None
 
 
 def _is_door(piece: Element) -> bool:

@@ -14,6 +14,7 @@ from shapely import LineString, Polygon
 
 from pianta.building import Building, Storey
 from pianta.floor import Door, Floor, Room
+from pianta.floor.polygons import list_polygons
 from pianta.io._files import count_noun
 from pianta.io.writers._formats import WriteOptions
 from pianta.io.writers.room_texts import number_and_name, place_text
@@ -128,7 +129,7 @@ def _draw_storey(document: Drawing, storey: Storey, prefix: str) -> list[str]:
 def draw_walls(floor: Floor) -> list[Polygon]:
     """The areas of the walls, with gaps at doors."""
     parts = [part.area for part in find_walls(floor).solid]
-    return [area for area in shapely.get_parts(shapely.union_all(parts)) if isinstance(area, Polygon)]
+    return list_polygons(shapely.union_all(parts))
 
 
 def _draw_rings(space: Modelspace, polygon: Polygon, layer: str) -> None:

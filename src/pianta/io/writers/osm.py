@@ -9,6 +9,7 @@ from shapely import Polygon, unary_union
 
 from pianta.building import Building, Storey
 from pianta.floor import Door, Room
+from pianta.floor.polygons import list_polygons
 from pianta.io._files import count_noun
 from pianta.io.writers._formats import WriteOptions
 from pianta.io.writers.doorways import place_points, reach_doors
@@ -51,8 +52,7 @@ def outline_storeys(storeys: tuple[Storey, ...]) -> list[Polygon]:
     covered = unary_union([room.buffer(HALF_WALL, join_style="mitre") for room in rooms])
     # Outlines of maps have a corner for each cell, which are not needed here
     covered = covered.buffer(-HALF_WALL, join_style="mitre").union(unary_union(rooms))
-    parts = covered.geoms if hasattr(covered, "geoms") else [covered]
-    return [Polygon(part.exterior) for part in parts if isinstance(part, Polygon) and not part.is_empty]
+    return [Polygon(part.exterior) for part in list_polygons(covered)]
 
 
 def _add_room(file: OsmFile, polygon: Polygon, tags: Mapping[str, str], level: int) -> None:

@@ -18,6 +18,7 @@ from shapely import MultiPolygon, Polygon, STRtree
 
 from pianta._types import Floats
 from pianta.floor import Floor, Room
+from pianta.floor.polygons import list_polygons
 from pianta.gridmap import GridMap
 from pianta.layout._label_images import SNAP_DISTANCE, largest_part, outline_labels
 from pianta.layout.partial.consensus import Shape, choose_shape, mix_cells
@@ -232,18 +233,15 @@ def _outline(shape: Shape, view: View, room: Room) -> Polygon:
 def clip_obstacles(obstacles: Sequence[Polygon], shape: Polygon) -> shapely.Geometry:
     """The union of obstacles near a shape: rounding to a grid takes long for all of a long corridor."""
     near = shapely.intersection(obstacles, shapely.box(*shape.buffer(CLIP_MARGIN).bounds))
-    # Where sides touch the box, lines remain, which GEOS cannot subtract together with areas.
-    areas = [part for part in shapely.get_parts(near) if isinstance(part, Polygon)]
-    return shapely.union_all(areas, grid_size=SNAP_DISTANCE)
+    # Where sides touch the box, lines remain
+    return shapely.union_all(list_polygons(near), grid_size=SNAP_DISTANCE)
 
 
 def subtract_obstacles(shape: Polygon, occupied: shapely.Geometry, room: Room) -> Polygon:
     """The shape and the room, without the occupied area outside the room; only the part that contains the room."""
     # Rounding to a grid avoids slivers between outlines that nearly coincide.
-    rest = shapely.get_parts(shapely.difference(shape, occupied, grid_size=SNAP_DISTANCE))
-    # Where the shapes only touch, points and lines remain.
-    areas = [part for part in rest if isinstance(part, Polygon)]
+    areas = list_polygons(shapely.difference(shape, occupied, grid_size=SNAP_DISTANCE))
     inside = room.polygon.representative_point()
-    joined = shapely.get_parts(shapely.union_all([*areas, room.polygon], grid_size=SNAP_DISTANCE))
-    parts = [part for part in joined if isinstance(part, Polygon) and part.intersects(inside)]
+    joined = shapely.union_all([*areas, room.polygon], grid_size=SNAP_DISTANCE)
+    parts = [part for part in list_polygons(joined) if part.intersects(inside)]
     return max(parts, key=lambda part: part.area, default=room.polygon)

@@ -20,6 +20,7 @@ from shapely import LineString, Polygon, STRtree
 from pianta._types import Indices
 from pianta.errors import MapError
 from pianta.floor import Door, Floor, Room
+from pianta.floor.polygons import find_largest_polygon, list_polygons
 from pianta.gridmap import GridMap
 from pianta.layout._numbering import assemble_floor
 from pianta.layout._working_grid import NO_ROOM
@@ -200,8 +201,8 @@ def _match(tile_rooms: Sequence[_TileRoom], tiles: Sequence[Tile]) -> Iterator[s
 
 
 def _keep_area(shape: shapely.Geometry) -> shapely.Geometry:
-    """The polygons of a shape. GEOS cannot intersect what also has lines, of sides that only touch."""
-    return shapely.union_all([part for part in shapely.get_parts(shape) if isinstance(part, Polygon)])
+    """The polygons of a shape, as GEOS cannot intersect what also has lines, of sides that only touch."""
+    return shapely.union_all(list_polygons(shape))
 
 
 def _draft(group: Sequence[_TileRoom]) -> tuple[Room, Sequence[_TileRoom]] | None:
@@ -213,13 +214,11 @@ def _draft(group: Sequence[_TileRoom]) -> tuple[Room, Sequence[_TileRoom]] | Non
             return None
         return max(own or uncut, key=lambda each: each.within.area).room, group
     joined = shapely.union_all([each.within.buffer(PARAMETERS.seam, join_style="mitre") for each in group])
-    parts = shapely.get_parts(joined.buffer(-PARAMETERS.seam, join_style="mitre"))
-    polygons = [part for part in parts if isinstance(part, Polygon) and part.area > 0]
-    if not polygons:
+    polygon = find_largest_polygon(joined.buffer(-PARAMETERS.seam, join_style="mitre"))
+    if not polygon.area:
         return None
     largest = max(group, key=lambda each: each.within.area).room
     probabilities = [each.room.probability for each in group if each.room.probability is not None]
-    polygon = max(polygons, key=lambda part: part.area)
     is_partial = any(each.room.partial for each in group)
     probability = min(probabilities, default=None)
     return replace(largest, polygon=polygon, partial=is_partial, probability=probability), group
@@ -237,8 +236,7 @@ def _separate(
         near = tree.query(room.polygon, predicate="intersects").tolist()
         larger = [drafts[other][0].polygon for other in near if rank[other] < rank[index]]
         left = room.polygon.difference(shapely.union_all(larger)) if larger else room.polygon
-        polygons = [part for part in shapely.get_parts(left) if isinstance(part, Polygon)]
-        rest = max(polygons, key=lambda part: part.area, default=Polygon())
+        rest = find_largest_polygon(left)
         if rest.area >= PARAMETERS.min_left * room.polygon.area:
             separate.append((replace(room, polygon=rest) if larger else room, group))
     return separate

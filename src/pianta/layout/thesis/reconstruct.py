@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import shapely
 from scipy.sparse import csr_array
-from shapely import Polygon
 
 from pianta._types import Indices, LabelImage, Mask
 from pianta.errors import MapError
 from pianta.floor import Floor, Room
+from pianta.floor.polygons import find_largest_polygon
 from pianta.gridmap import GridMap
 from pianta.layout._label_images import SNAP_DISTANCE
 from pianta.layout._numbering import assemble_floor
@@ -93,12 +93,8 @@ def _merge_faces(faces: Faces, room_of_face: Indices, partial: Mask, working_gri
     """Rooms, with ids 1 … R, as the union of their faces, in the map frame; partial if one of the faces is."""
     count = int(room_of_face.max(initial=-1)) + 1
     merged = [shapely.coverage_union_all(faces.polygons[room_of_face == i]) for i in range(count)]
-    largest = np.array([_largest_part(shape) for shape in merged], dtype=object)
+    largest = np.array([find_largest_polygon(shape) for shape in merged], dtype=object)
     return [
         Room(i + 1, working_grid.to_map(outline), partial=bool(partial[room_of_face == i].any()))
         for i, outline in enumerate(shapely.coverage_simplify(largest, SNAP_DISTANCE))
     ]
-
-
-def _largest_part(shape: shapely.Geometry) -> Polygon:
-    return max(shapely.get_parts(shape), key=lambda part: part.area)

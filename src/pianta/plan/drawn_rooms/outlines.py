@@ -15,6 +15,7 @@ from shapely import Polygon, STRtree
 
 from pianta._types import Floats
 from pianta.floor import MAX_ROOM_NAME_LENGTH
+from pianta.floor.polygons import find_largest_polygon
 from pianta.io.drawings._drawing import DrawnOutline, DrawnStamp, DrawnText, PlanDrawing
 from pianta.io.writers.room_texts import split_number
 from pianta.plan.sheets.sheet import PlacedText
@@ -181,9 +182,8 @@ def _polygons_of(outlines: Sequence[DrawnOutline]) -> list[Polygon]:
             repaired += 1
             if repaired > MAX_REPAIRED or shapely.get_num_coordinates(polygon) > MAX_REPAIRED_CORNERS:
                 continue
-            parts = shapely.get_parts(shapely.make_valid(polygon, method="structure", keep_collapsed=False))
-            polygon = max(parts, key=lambda part: part.area, default=Polygon())
-        if isinstance(polygon, Polygon) and polygon.area > 0 and np.isfinite(polygon.area):
+            polygon = find_largest_polygon(shapely.make_valid(polygon, method="structure", keep_collapsed=False))
+        if polygon.area > 0 and np.isfinite(polygon.area):
             polygons.append(polygon)
     return polygons
 
@@ -271,8 +271,10 @@ def _without_rooms_inside(  # noqa: PLR0917
     # The largest outlines first: a hole may have rooms in it, which then are not in this room
     holes = [each for each in sorted(inside, reverse=True) if each not in owned]
     around = [hole for hole in holes if any(shapes[hole].intersects(shapes[each].point_on_surface()) for each in named)]
-    net = _largest_part(shapely.difference(outline, shapely.union_all([shapes[each] for each in (*holes, *named)])))
-    rest = _largest_part(shapely.difference(outline, shapely.union_all([shapes[each] for each in named])))
+    net = find_largest_polygon(
+        shapely.difference(outline, shapely.union_all([shapes[each] for each in (*holes, *named)]))
+    )
+    rest = find_largest_polygon(shapely.difference(outline, shapely.union_all([shapes[each] for each in named])))
     stated = stated_area(_texts_of([labels[each] for each in owned[index]]))
     if stated is not None and metres is not None:
         fits = [each for each in (net, rest, outline) if abs(each.area * metres**2 / stated - 1) <= AREA_TOLERANCE]
@@ -285,11 +287,6 @@ def _without_rooms_inside(  # noqa: PLR0917
         return None
     # Many small outlines in a room are furniture on the layer of the rooms
     return net if len(holes) <= MAX_HOLES else rest
-
-
-def _largest_part(area: shapely.Geometry) -> Polygon:
-    parts = [part for part in shapely.get_parts(area) if isinstance(part, Polygon)]
-    return max(parts, key=lambda part: part.area, default=Polygon())
 
 
 def _unnamed_rooms(

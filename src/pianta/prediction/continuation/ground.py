@@ -12,12 +12,13 @@ import networkx as nx
 import numpy as np
 import shapely
 from numpy.typing import NDArray
-from shapely import LineString, Polygon
+from shapely import LineString
 from shapely.geometry.base import BaseGeometry
 
 from pianta._types import Floats, Mask
 from pianta.errors import FloorError
 from pianta.floor import cells_of_polygon
+from pianta.floor.polygons import list_polygons
 from pianta.generation.drawing.blocks import CELL, NO_ROOM, Cells
 from pianta.generation.drawing.choices import compute_edge_weight
 from pianta.gridmap import GridMap
@@ -178,10 +179,9 @@ def refine(frame: GridMap) -> GridMap:
 def cover(outlines: Iterable[BaseGeometry], fine: GridMap) -> Mask:
     """The cells whose centres are in one of the outlines."""
     covered = np.zeros(fine.shape, bool)
-    for outline in shapely.get_parts([*outlines]):
-        if isinstance(outline, Polygon) and not outline.is_empty:
-            rows, columns, mask = cells_of_polygon(outline, fine)
-            covered[rows, columns] |= mask
+    for outline in list_polygons([*outlines]):
+        rows, columns, mask = cells_of_polygon(outline, fine)
+        covered[rows, columns] |= mask
     return covered
 
 

@@ -7,11 +7,12 @@ from typing import Literal, get_args
 
 import cv2
 import numpy as np
-from shapely import Polygon, get_coordinates, get_parts
+from shapely import get_coordinates
 from shapely.geometry.base import BaseGeometry
 
 from pianta._types import Colors, Floats
 from pianta.errors import OptionError
+from pianta.floor.polygons import list_polygons
 from pianta.gridmap import GridMap
 from pianta.plan.symbols.drawings import SUBPIXEL_BITS, Color, Mark, paint_marks, pixel_matrix
 from pianta.worlds.plans.lettering import DEFAULT_FONT
@@ -117,9 +118,8 @@ class Canvas:
     def fill(self, shape: BaseGeometry, color: Color) -> None:
         """Fill polygons, metres, without their holes."""
         matrix = self.matrix
-        for part in get_parts(shape):
-            if isinstance(part, Polygon) and not part.is_empty:
-                rings = [get_coordinates(ring) for ring in (part.exterior, *part.interiors)]
-                pixels = [ring @ matrix[:, :2].T + matrix[:, 2] - 0.5 for ring in rings]
-                points = [np.round(ring * 2**SUBPIXEL_BITS).astype(np.int32) for ring in pixels]
-                cv2.fillPoly(self.colors, points, color, cv2.LINE_AA, SUBPIXEL_BITS)
+        for part in list_polygons(shape):
+            rings = [get_coordinates(ring) for ring in (part.exterior, *part.interiors)]
+            pixels = [ring @ matrix[:, :2].T + matrix[:, 2] - 0.5 for ring in rings]
+            points = [np.round(ring * 2**SUBPIXEL_BITS).astype(np.int32) for ring in pixels]
+            cv2.fillPoly(self.colors, points, color, cv2.LINE_AA, SUBPIXEL_BITS)

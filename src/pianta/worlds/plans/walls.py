@@ -9,6 +9,7 @@ from shapely import Point, Polygon, get_coordinates, get_parts, polygonize, unar
 from shapely.geometry.base import BaseGeometry
 
 from pianta.floor import Floor, Room
+from pianta.floor.polygons import list_polygons
 from pianta.plan.symbols.drawings import Mark
 from pianta.worlds.plans.look import Canvas
 from pianta.worlds.plans.symbols import Window, find_windows, mark_doors, mark_windows
@@ -58,8 +59,7 @@ def _paint_bodies(canvas: Canvas, floor: Floor, gaps: BaseGeometry) -> None:
     if canvas.look.style == "thick":
         canvas.fill(body, canvas.look.color)
         return
-    parts = [part for part in get_parts(body) if isinstance(part, Polygon)]
-    rings = [ring for part in parts for ring in (part.exterior, *part.interiors)]
+    rings = [ring for part in list_polygons(body) for ring in (part.exterior, *part.interiors)]
     canvas.paint([Mark(get_coordinates(ring)[:-1], closed=True) for ring in rings])
 
 
