@@ -135,7 +135,11 @@ def test_a_room_is_found_on_the_map_that_the_robots_read(tmp_path):
     code, out, err = run_pianta("explore", "corridor", "--perception", "map", "--find", "corridor")
     assert (code, err) == (0, "")
     assert out.splitlines()[0].endswith(": found CORRIDOR")
-    assert re.fullmatch(r"CORRIDOR is room \d+ of the robots' map, which is right", out.splitlines()[-2])
+    assert re.fullmatch(r"CORRIDOR is room \d+ of the robots' map \(\d+ %\), which is right", out.splitlines()[-2])
+    code, out, err = run_pianta("explore", "corridor", "--perception", "map", "--find", "kitchen")
+    assert (code, err) == (0, "")
+    message = r"no KITCHEN was found, the likeliest is room \d+ of the robots' map \(\d %\)"
+    assert re.fullmatch(message, out.splitlines()[-2])
     code, out, err = run_pianta("explore", "corridor", "--perception", "map", "--find", "bridge")
     assert (code, out, len(err.splitlines())) == (2, "", 1)
     assert "BRIDGE" in err

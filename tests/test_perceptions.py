@@ -10,13 +10,15 @@ import pianta
 from pianta import Door, Floor, GridMap, Mapper, Room
 from pianta.errors import OptionError
 from pianta.exploration.lidar import Pose
-from pianta.exploration.map_perception import MapPerception, recognise_read_rooms
+from pianta.exploration.map_perception import MapPerception, measure_label_probability, recognise_read_rooms
 from pianta.exploration.perception import PerfectPerception, WantedRoom
 from pianta.exploration.perceptions import make_perception
 from pianta.exploration.record import Record
 from pianta.exploration.robots import Robot
 from pianta.mapping.state import MapState
 from tests.explored_worlds import two_room_world
+
+P_GYM = (0.4, 0.5)  # beliefs of two rooms
 
 
 @pytest.fixture(scope="module")
@@ -137,6 +139,43 @@ class TestSearchOnTheMap:
 
     def test_no_room_has_the_label(self):
         assert self.find("CLASSROOM", None, None) is None
+
+    def test_a_room_is_found_from_a_probability_of_a_half_on(self):
+        """Both rooms are called GYM, the first with less than a half, and a coarser set has no GYM."""
+        mapper = Mapper()
+        beliefs = [{"F/C/E/S": {"F": 0.9, "C": 0.1}, "school": {"GYM": share, "STAIRS": 1 - share}} for share in P_GYM]
+        rooms = tuple(
+            Room(number, box(4 * number - 4, 0, 4 * number - 1, 4), "GYM", label_probabilities=belief)
+            for number, belief in enumerate(beliefs, 1)
+        )
+        assert [measure_label_probability(room, "GYM") for room in rooms] == [*P_GYM]
+        assert [measure_label_probability(room, "F") for room in rooms] == [0.9, 0.9]
+        perception = MapPerception(mapper, self.FLOOR)
+        mapper.state = MapState(GridMap(np.zeros((20, 60), int), 0.2), Floor(rooms), (), {}, None, None)
+        perception._recognised = recognise_read_rooms(mapper.floor, np.zeros((0, 2)))
+        record = Record(world := two_room_world(), world.free, [Robot(Pose(1.0, 1.0), "point")], 8.0)
+        assert perception.find_room("GYM", record) == WantedRoom(2, "GYM", is_right=True, probability=0.5)
+        assert perception.find_room("STAIRS", record) is None
+
+    def test_after_a_search_in_vain_the_likeliest_room_is_named(self):
+        mapper = Mapper()
+        rooms = tuple(
+            Room(number, box(4 * number - 4, 0, 4 * number - 1, 4), label_probabilities={"school": {"GYM": share}})
+            for number, share in enumerate((0.1, 0.3), 1)
+        )
+        mapper.state = MapState(GridMap(np.zeros((20, 60), int), 0.2), Floor(rooms), (), {}, None, None)
+        perception = MapPerception(mapper, self.FLOOR)
+        assert perception.find_likeliest_room("GYM") == WantedRoom(2, "GYM", is_right=True, probability=0.3)
+        assert perception.find_likeliest_room("STAIRS") is None
+
+    def test_a_run_in_vain_names_the_likeliest_room(self):
+        """The belief in STAIRS stays below a half in a floor of offices."""
+        floor = pianta.make_world("corridor")[0]
+        run = pianta.explore(floor, perception=Mapper(building_type="school"), find="stairs")
+        assert run.outcome in {"done", "no reachable frontier"}
+        assert run.found_room is not None
+        assert run.found_probability is not None
+        assert 0 < run.found_probability < 0.5
 
     def test_it_ends_when_the_map_has_the_label(self):
         floor = pianta.make_world("corridor")[0]

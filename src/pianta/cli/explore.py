@@ -327,4 +327,6 @@ def _describe_search(run: Exploration, label: str, *, on_map: bool) -> str:
     if not on_map:
         return f"{label} is room {run.found_room}"
     truth = {True: ", which is right", False: ", which is wrong", None: ""}[run.is_found_room_right]
-    return f"{label} is room {run.found_room} of the robots' map{truth}"
+    room = f"room {run.found_room} of the robots' map ({100 * (run.found_probability or 0.0):.0f} %){truth}"
+    is_found = run.outcome.startswith("found ")
+    return f"{label} is {room}" if is_found else f"no {label} was found, the likeliest is {room}"

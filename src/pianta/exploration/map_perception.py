@@ -24,8 +24,10 @@ from pianta.mapping.beliefs import measure_trust
 from pianta.mapping.mapper import Mapper
 from pianta.rooms.model_file import read_default_room_model
 
-# Both chosen by hand.
+# All chosen by hand.
 UPDATE_DISTANCE = 3.0  # m that all robots drive between two updates of the building
+FOUND_PROBABILITY = 0.5  # of the wanted label, at which a search ends: more probable than all others together
+LEAST_PROBABILITY = 0.01  # of the wanted label in a room that is named; no belief is much smaller
 OUTLINE_MARGIN = 0.3  # m from a room: cells of a frontier here belong to it, as outlines are straightened
 
 
@@ -51,11 +53,22 @@ class MapPerception:
             raise OptionError(f"rooms that are read from a map are never labelled {label}, give one of {possible}")
 
     def find_room(self, label: str, record: Record) -> WantedRoom | None:  # noqa: ARG002
-        """A room that the mapper labels so, as of the last call of `perceive`."""
+        """A room that the mapper labels so with a probability of a half, as of the last call of `perceive`."""
         for room in self._recognised.rooms if self._recognised else ():
-            if room.label is not None and standard_label(room.label) == label:
-                return WantedRoom(room.id, room.label, self._is_right(room.id, label))
+            if room.label is None or standard_label(room.label) != label:
+                continue
+            probability = measure_label_probability(self.mapper.floor[room.id], label)
+            if probability >= FOUND_PROBABILITY:
+                return WantedRoom(room.id, room.label, self._is_right(room.id, label), probability)
         return None
+
+    def find_likeliest_room(self, label: str) -> WantedRoom | None:
+        """The room of the map with the highest probability of a label in standard form; None if that is hardly any."""
+        probabilities = {room.id: measure_label_probability(room, label) for room in self.mapper.floor}
+        best = max(probabilities, key=probabilities.__getitem__, default=None)
+        if best is None or probabilities[best] < LEAST_PROBABILITY:
+            return None
+        return WantedRoom(best, label, self._is_right(best, label), probabilities[best])
 
     def _is_right(self, room: int, label: str) -> bool | None:
         """Whether the true room that a read one overlaps most has the label; None if its own is missing or coarser."""
@@ -88,6 +101,15 @@ class MapPerception:
             image = self.mapper.floor.label_image(grid)
             around = np.asarray(cv2.dilate(image, np.ones((reach, reach), np.uint8)), np.uint16)
             self._room_of_cell = np.where(image > 0, image, around)
+
+
+def measure_label_probability(room: Room, label: str) -> float:
+    """The belief that a room has a label in standard form, by the finest label set with it; 1 for a label alone."""
+    for probabilities in reversed([*room.label_probabilities.values()]):
+        names = {standard_label(str(name)): probability for name, probability in probabilities.items()}
+        if label in names:
+            return names[label]
+    return float(not room.label_probabilities and standard_label(room.label) == label)
 
 
 def recognise_read_rooms(floor: Floor, positions: Floats) -> RecognisedRooms:

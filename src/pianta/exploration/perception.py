@@ -30,11 +30,13 @@ class WantedRoom:
 
     id: of the true room, or of that of the robots' map. label: as the room has it. is_right: whether a true room of
     this label is there; None if the truth has no label there, or just ROOM for one that is finer than R/C.
+    probability: of the label, by the belief of the robots.
     """
 
     id: int
     label: str
     is_right: bool | None
+    probability: float = 1.0
 
 
 class Perception(Protocol):
@@ -46,6 +48,10 @@ class Perception(Protocol):
 
     def find_room(self, label: str, record: Record) -> WantedRoom | None:
         """A recognised room with a label in standard form; None without one. record: of the run until now."""
+        ...
+
+    def find_likeliest_room(self, label: str) -> WantedRoom | None:
+        """After a search in vain, the room that has a label in standard form most probably; None without a belief."""
         ...
 
     def perceive(self, grid: GridMap, record: Record) -> Percept:
@@ -79,6 +85,10 @@ class PerfectPerception:
             return None
         name = next(room.label for room in self.world.floor.rooms if room.id == wanted)
         return WantedRoom(wanted, name or label, is_right=True)
+
+    def find_likeliest_room(self, label: str) -> WantedRoom | None:  # noqa: ARG002
+        """None: robots that recognise rooms without error have found it, or it is not there."""
+        return None
 
     def perceive(self, grid: GridMap, record: Record) -> Percept:
         """The true rooms of which enough was observed."""

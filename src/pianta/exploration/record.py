@@ -46,7 +46,10 @@ class Exploration:
         "done", "no reachable frontier", "found LABEL", "share reached", "stopped by the policy" or "distance limit".
     found_room
         The id of the room found by a search; None without one. With perception "map" it is that of the room on the
-        robots' map.
+        robots' map; if no room was found, that of the room which has the label most probably.
+    found_probability
+        The probability of the wanted label in this room, by the robots; None without one. Below 0.5 the search has
+        ended without a room.
     is_found_room_right
         Whether a true room of the wanted label is there; None without a room found, and where the truth has no label or
         just ROOM.
@@ -67,6 +70,7 @@ class Exploration:
     scan_of_cell: NDArray[np.int32]
     outcome: str
     found_room: int | None = None
+    found_probability: float | None = None
     is_found_room_right: bool | None = None
     decisions: int = 0
 
@@ -179,10 +183,10 @@ class Record:
             self.entered_at.setdefault(here, self.distance)
 
     def close(
-        self, grid: GridMap, outcome: str, *, found_room: tuple[int, bool | None] | None, decisions: int
+        self, grid: GridMap, outcome: str, *, found_room: tuple[int, float, bool | None] | None, decisions: int
     ) -> Exploration:
-        """The result of the run. found_room: its id, and whether it is right."""
-        room, is_right = found_room or (None, None)
+        """The result of the run. found_room: its id, the probability of its label, and whether it is right."""
+        room, probability, is_right = found_room or (None, None, None)
         rows = np.array(self._rows, float)
         return Exploration(
             distance=rows[:, 0],
@@ -198,6 +202,7 @@ class Record:
             scan_of_cell=self.scan_of_cell,
             outcome=outcome,
             found_room=room,
+            found_probability=probability,
             is_found_room_right=is_right,
             decisions=decisions,
         )
