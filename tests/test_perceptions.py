@@ -10,7 +10,12 @@ import pianta
 from pianta import Door, Floor, GridMap, Mapper, Room
 from pianta.errors import OptionError
 from pianta.exploration.lidar import Pose
-from pianta.exploration.map_perception import MapPerception, measure_label_probability, recognise_read_rooms
+from pianta.exploration.map_perception import (
+    MapPerception,
+    choose_likeliest_room,
+    measure_label_probability,
+    recognise_read_rooms,
+)
 from pianta.exploration.perception import PerfectPerception, WantedRoom
 from pianta.exploration.perceptions import make_perception
 from pianta.exploration.record import Record
@@ -157,16 +162,29 @@ class TestSearchOnTheMap:
         assert perception.find_room("GYM", record) == WantedRoom(2, "GYM", is_right=True, probability=0.5)
         assert perception.find_room("STAIRS", record) is None
 
-    def test_after_a_search_in_vain_the_likeliest_room_is_named(self):
-        mapper = Mapper()
+    def test_the_likeliest_room(self):
         rooms = tuple(
             Room(number, box(4 * number - 4, 0, 4 * number - 1, 4), label_probabilities={"school": {"GYM": share}})
             for number, share in enumerate((0.1, 0.3), 1)
         )
-        mapper.state = MapState(GridMap(np.zeros((20, 60), int), 0.2), Floor(rooms), (), {}, None, None)
-        perception = MapPerception(mapper, self.FLOOR)
-        assert perception.find_likeliest_room("GYM") == WantedRoom(2, "GYM", is_right=True, probability=0.3)
-        assert perception.find_likeliest_room("STAIRS") is None
+        assert choose_likeliest_room(Floor(rooms), "GYM") == (0.3, 2)
+        assert choose_likeliest_room(Floor(rooms), "STAIRS")[0] == 0
+        assert choose_likeliest_room(Floor(()), "GYM") == (0, None)
+
+    def test_a_coarse_label_is_found_in_rooms_with_finer_ones(self):
+        """The truth has a classroom, which is a room and functional; the map says so too."""
+        mapper = Mapper()
+        beliefs = {"R/C": {"ROOM": 0.9, "CORRIDOR": 0.1}, "F/C/E/S": {"FUNCTIONAL": 0.4, "SERVICE": 0.6}}
+        labels = {"R/C": "ROOM", "F/C/E/S": "SERVICE"}
+        room = Room(1, box(0, 0, 3, 4), "CLOSET", labels=labels, label_probabilities=beliefs)
+        mapper.state = MapState(GridMap(np.zeros((20, 60), int), 0.2), Floor((room,)), (), {}, None, None)
+        perception = MapPerception(mapper, replace(self.FLOOR, building_type={"school": 1.0}))
+        perception._recognised = recognise_read_rooms(mapper.floor, np.zeros((0, 2)))
+        record = Record(world := two_room_world(), world.free, [Robot(Pose(1.0, 1.0), "point")], 8.0)
+        assert perception.find_room("ROOM", record) == WantedRoom(1, "ROOM", is_right=True, probability=0.9)
+        assert perception.find_room("SERVICE", record) == WantedRoom(1, "SERVICE", is_right=False, probability=0.6)
+        assert perception.find_room("FUNCTIONAL", record) is None
+        assert perception._is_right(1, "FUNCTIONAL") is True
 
     def test_a_run_in_vain_names_the_likeliest_room(self):
         """The belief in STAIRS stays below a half in a floor of offices."""

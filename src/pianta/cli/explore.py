@@ -329,4 +329,4 @@ def _describe_search(run: Exploration, label: str, *, on_map: bool) -> str:
     truth = {True: ", which is right", False: ", which is wrong", None: ""}[run.is_found_room_right]
     room = f"room {run.found_room} of the robots' map ({100 * (run.found_probability or 0.0):.0f} %){truth}"
     is_found = run.outcome.startswith("found ")
-    return f"{label} is {room}" if is_found else f"no {label} was found, the likeliest is {room}"
+    return f"{label} is {room}" if is_found else f"no room is surely {label}, the likeliest is {room}"

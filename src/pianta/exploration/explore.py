@@ -104,7 +104,7 @@ def explore(
     find
         A label; the run ends when a room with it is recognised: a robot is inside, or a fifth of it is observed. With
         perception "map" it ends when the robots' own map has a room that it labels so with a probability of a half,
-        which may be wrong; else the result has the likeliest room.
+        which may be wrong; else the mapper reads the last map to its end, and the result has the likeliest room.
     perception
         What the policy and a search learn of rooms: "perfect" for the true ones, as in the thesis; "map" for what is
         read from the map every few metres; or a Mapper, which reads it so, and may know the building's type.
@@ -225,7 +225,7 @@ class _Run:
         grid = self.map.to_grid_map()
         room = self._find_wanted_room()
         if room is None and self.wanted is not None:
-            room = self.perception.find_likeliest_room(self.wanted)
+            room = self.perception.find_likeliest_room(self.wanted, grid)
         found_room = None if room is None else (room.id, room.probability, room.is_right)
         return self.record.close(grid, outcome, found_room=found_room, decisions=self.decisions)
 

@@ -19,15 +19,15 @@ from pianta.exploration.record import Record
 from pianta.exploration.starts import standard_label
 from pianta.floor import Floor, Room
 from pianta.gridmap import GridMap
-from pianta.labels import FCES, RC
+from pianta.labels import FCES, RC, SCHEMAS, LabelSet
 from pianta.mapping.beliefs import measure_trust
 from pianta.mapping.mapper import Mapper
 from pianta.rooms.model_file import read_default_room_model
 
 # All chosen by hand.
 UPDATE_DISTANCE = 3.0  # m that all robots drive between two updates of the building
-FOUND_PROBABILITY = 0.5  # of the wanted label, at which a search ends: more probable than all others together
-LEAST_PROBABILITY = 0.01  # of the wanted label in a room that is named; no belief is much smaller
+FOUND_PROBABILITY = 0.5  # of the wanted label, at which a search ends: at least as probable as all others together
+LEAST_PROBABILITY = 0.01  # of the wanted label in a room that is named; less is as good as ruled out
 OUTLINE_MARGIN = 0.3  # m from a room: cells of a frontier here belong to it, as outlines are straightened
 
 
@@ -53,33 +53,50 @@ class MapPerception:
             raise OptionError(f"rooms that are read from a map are never labelled {label}, give one of {possible}")
 
     def find_room(self, label: str, record: Record) -> WantedRoom | None:  # noqa: ARG002
-        """A room that the mapper labels so with a probability of a half, as of the last call of `perceive`."""
-        for room in self._recognised.rooms if self._recognised else ():
-            if room.label is None or standard_label(room.label) != label:
+        """A room that the mapper labels so with a probability of a half, as of the last call of `perceive`.
+
+        A label of R/C or F/C/E/S is that of a room with a finer one too.
+        """
+        for recognised in self._recognised.rooms if self._recognised else ():
+            room = self.mapper.floor[recognised.id]
+            if room.label is None or label not in map(standard_label, (room.label, *room.labels.values())):
                 continue
-            probability = measure_label_probability(self.mapper.floor[room.id], label)
+            probability = measure_label_probability(room, label)
             if probability >= FOUND_PROBABILITY:
-                return WantedRoom(room.id, room.label, self._is_right(room.id, label), probability)
+                return WantedRoom(room.id, label, self._is_right(room.id, label), probability)
         return None
 
-    def find_likeliest_room(self, label: str) -> WantedRoom | None:
-        """The room of the map with the highest probability of a label in standard form; None if that is hardly any."""
-        probabilities = {room.id: measure_label_probability(room, label) for room in self.mapper.floor}
-        best = max(probabilities, key=probabilities.__getitem__, default=None)
-        if best is None or probabilities[best] < LEAST_PROBABILITY:
+    def find_likeliest_room(self, label: str, grid: GridMap) -> WantedRoom | None:
+        """The likeliest room of the whole map, read to the end; None if the label is hardly probable anywhere."""
+        with suppress(MapError), warnings.catch_warnings():
+            warnings.simplefilter("ignore", MapWarning)
+            self.mapper.update(grid)
+            self.mapper.finish()
+        probability, best = choose_likeliest_room(self.mapper.floor, label)
+        if best is None or probability < LEAST_PROBABILITY:
             return None
-        return WantedRoom(best, label, self._is_right(best, label), probabilities[best])
+        return WantedRoom(best, label, self._is_right(best, label), probability)
 
     def _is_right(self, room: int, label: str) -> bool | None:
-        """Whether the true room that a read one overlaps most has the label; None if its own is missing or coarser."""
+        """Whether the true room that a read one overlaps most has the label; None if its own is missing or coarser.
+
+        A label of R/C or F/C/E/S is compared with what the true label is in that set.
+        """
         if self.true_floor is None:
             return None
         polygon = self.mapper.floor[room].polygon
         overlaps = [(polygon.intersection(true.polygon).area, standard_label(true.label)) for true in self.true_floor]
         area, true_label = max(overlaps, key=lambda overlap: overlap[0], default=(0.0, None))
-        if area > 0 and (true_label is None or (true_label == RC.ROOM and label not in [*RC])):
+        if not area or true_label == label:
+            return area > 0
+        if true_label is None or (true_label == RC.ROOM and label not in [*RC]):
             return None
-        return area > 0 and true_label == label
+        label_set = LabelSet.R_C if label in [*RC] else LabelSet.F_C_E_S if label in [*FCES] else None
+        if label_set is None:
+            return False
+        schemas = [SCHEMAS[name] for name in self.true_floor.building_types if name in SCHEMAS] or [*SCHEMAS.values()]
+        schema = next((each for each in schemas if true_label in each.by_name), None)
+        return None if schema is None else label in map(str, schema.map_labels([true_label], label_set))
 
     def perceive(self, grid: GridMap, record: Record) -> Percept:
         """The rooms of the last update of the mapper, which is not older than UPDATE_DISTANCE."""
@@ -110,6 +127,12 @@ def measure_label_probability(room: Room, label: str) -> float:
         if label in names:
             return names[label]
     return float(not room.label_probabilities and standard_label(room.label) == label)
+
+
+def choose_likeliest_room(floor: Floor, label: str) -> tuple[float, int | None]:
+    """The highest probability of a label in standard form, and the id of its room; None without rooms."""
+    rooms = ((measure_label_probability(room, label), room.id) for room in floor)
+    return max(rooms, key=lambda room: room[0], default=(0.0, None))
 
 
 def recognise_read_rooms(floor: Floor, positions: Floats) -> RecognisedRooms:

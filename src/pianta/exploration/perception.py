@@ -50,8 +50,11 @@ class Perception(Protocol):
         """A recognised room with a label in standard form; None without one. record: of the run until now."""
         ...
 
-    def find_likeliest_room(self, label: str) -> WantedRoom | None:
-        """After a search in vain, the room that has a label in standard form most probably; None without a belief."""
+    def find_likeliest_room(self, label: str, grid: GridMap) -> WantedRoom | None:
+        """After a search in vain, the room that has a label in standard form most probably; None without a belief.
+
+        grid: the map at the end of the run.
+        """
         ...
 
     def perceive(self, grid: GridMap, record: Record) -> Percept:
@@ -86,7 +89,7 @@ class PerfectPerception:
         name = next(room.label for room in self.world.floor.rooms if room.id == wanted)
         return WantedRoom(wanted, name or label, is_right=True)
 
-    def find_likeliest_room(self, label: str) -> WantedRoom | None:  # noqa: ARG002
+    def find_likeliest_room(self, label: str, grid: GridMap) -> WantedRoom | None:  # noqa: ARG002
         """None: robots that recognise rooms without error have found it, or it is not there."""
         return None
 

@@ -45,14 +45,14 @@ class Exploration:
     outcome
         "done", "no reachable frontier", "found LABEL", "share reached", "stopped by the policy" or "distance limit".
     found_room
-        The id of the room found by a search; None without one. With perception "map" it is that of the room on the
-        robots' map; if no room was found, that of the room which has the label most probably.
+        The id of the room found by a search; with perception "map" that of the room on the robots' map, and after a
+        search in vain that of the room which has the label most probably. None without one.
     found_probability
-        The probability of the wanted label in this room, by the robots; None without one. Below 0.5 the search has
-        ended without a room.
+        The probability of the wanted label in this room, by the robots; None without one. The outcome says whether the
+        search ended there.
     is_found_room_right
-        Whether a true room of the wanted label is there; None without a room found, and where the truth has no label or
-        just ROOM.
+        Whether a true room of the wanted label is there, also if the room is just the likeliest one; None without a
+        room, and where the truth has no label or just ROOM.
     decisions
         Number of decisions of the policy.
     """

@@ -12,8 +12,8 @@ from shapely import Geometry, Polygon
 
 
 def list_polygons(shape: Geometry | Sequence[Geometry]) -> list[Polygon]:
-    """The polygons of a geometry, or of several, without empty ones, lines and points; those of multipolygons too."""
-    # A collection may have multipolygons, whose parts are polygons
+    """The polygons of a geometry, or of several, also those of multipolygons, without empty ones, lines and points."""
+    # A collection, as GEOS returns it, may have multipolygons, whose parts are polygons
     parts = shapely.get_parts(shapely.get_parts(shape))
     return [part for part in parts if isinstance(part, Polygon) and not part.is_empty]
 

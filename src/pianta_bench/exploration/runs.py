@@ -174,7 +174,8 @@ def _measure_run(prepared: PreparedBuilding, run: Run, results: Results) -> Expl
             SECONDS: seconds,
         }
         if run.label is not None:
-            yield {TO_ROOM: float(exploration.distance[-1]) if exploration.found_room is not None else None}
+            is_found = exploration.outcome.startswith("found ")
+            yield {TO_ROOM: float(exploration.distance[-1]) if is_found else None}
             return
         metres = {share: exploration.distance_to(share) for share in SHARES}
         yield {name_share(share): distance if isfinite(distance) else None for share, distance in metres.items()}

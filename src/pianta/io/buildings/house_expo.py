@@ -15,7 +15,7 @@ from shapely.geometry.base import BaseGeometry
 
 from pianta.errors import BuildingError
 from pianta.floor import Floor, Room
-from pianta.floor.polygons import list_polygons
+from pianta.floor.polygons import find_largest_polygon, list_polygons
 from pianta.io._faults import describe_validation
 from pianta.io._files import short_repr
 from pianta.io.buildings._findings import MAX_CORNERS, Findings, check_room_count, polygon_of_corners
@@ -103,7 +103,7 @@ def _divide_outline(
     free: BaseGeometry = outline
     shapes: dict[_Box, Polygon] = {}
     for bounds in sorted(boxes, key=lambda bounds: box(*bounds).area):
-        part = max(list_polygons(free.intersection(box(*bounds))), key=lambda part: part.area, default=Polygon())
+        part = find_largest_polygon(free.intersection(box(*bounds)))
         if part.area < MIN_REMAINDER:
             text = f"the box {bounds} ({boxes[bounds]}) is hidden by smaller ones or outside the outline, left out"
             findings.repairs[text] = None
