@@ -75,7 +75,9 @@ Robots = Annotated[int, typer.Option(help="How many robots; they share their map
 Find = Annotated[
     str | None,
     typer.Option(
-        metavar="LABEL", help="End when a room of this label is recognised; by the robots' map with --perception map."
+        metavar="LABEL",
+        help="End when a room of this label is recognised; with --perception map when the robots' own map has one with "
+        "a probability of a half or more, else the likeliest room is named at the end.",
     ),
 ]
 Start = Annotated[
