@@ -24,7 +24,7 @@ MAX_FILE_BYTES = 16 * 2**20
 FOREST_ARRAYS = {"features": ("<i2", 1), "thresholds": ("<f4", 1), "votes": ("<f8", 2)}
 EXAMPLES = "examples"
 EXAMPLES_TYPE = "<f4"
-REMEDY = "make it again by training/train_map_types.py"
+REMEDY = "make it again by the script that its card names"
 FORMAT = FileFormat("pianta map types", 1, remedy=REMEDY)
 
 

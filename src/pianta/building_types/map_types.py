@@ -167,17 +167,19 @@ def describe_map(context: RoomContext) -> Floats:
     return np.concatenate([context.features.mean(axis=0), by_area, sizes])
 
 
-def train_map_types(examples: MapExamples, *, seed: int = 0) -> MapTypeModel:
+def train_map_types(
+    examples: MapExamples, *, trees: TreeParameters = TREES, temperature: float = TEMPERATURE, seed: int = 0
+) -> MapTypeModel:
     """Train a model on floors of at least two types; needs scikit-learn."""
-    forest = _grow(examples, np.arange(len(examples.types)), seed=seed)
-    return MapTypeModel(forest, examples.classes, TEMPERATURE, examples)
+    forest = _grow(examples, np.arange(len(examples.types)), trees=trees, seed=seed)
+    return MapTypeModel(forest, examples.classes, temperature, examples)
 
 
-def predict_left_out(examples: MapExamples, *, seed: int = 0) -> Floats:
+def predict_left_out(examples: MapExamples, *, trees: TreeParameters = TREES, seed: int = 0) -> Floats:
     """Votes for the types of each floor, shape (n, classes), by forests that were not trained on its building."""
     votes = np.zeros((len(examples.types), len(examples.classes)))
     for training, held_out in leave_buildings_out(examples.buildings, parts=FOLDS):
-        votes[held_out] = _grow(examples, training, seed=seed).predict(examples.features[held_out])
+        votes[held_out] = _grow(examples, training, trees=trees, seed=seed).predict(examples.features[held_out])
     return votes
 
 
@@ -196,8 +198,8 @@ def join_examples(parts: Sequence[MapExamples]) -> MapExamples:
     return MapExamples(np.concatenate([part.features for part in parts]), types, buildings, sources)
 
 
-def _grow(examples: MapExamples, rows: Indices, *, seed: int) -> Forest:
+def _grow(examples: MapExamples, rows: Indices, *, trees: TreeParameters, seed: int) -> Forest:
     """The forest of some of the floors."""
     chosen = examples.select(rows)
-    trees = grow_extra_trees(chosen.features, examples.truth[rows], chosen.weigh(), parameters=TREES, seed=seed)
-    return Forest.from_trees(trees, len(examples.classes))
+    grown = grow_extra_trees(chosen.features, examples.truth[rows], chosen.weigh(), parameters=trees, seed=seed)
+    return Forest.from_trees(grown, len(examples.classes))

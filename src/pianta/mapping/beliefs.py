@@ -16,21 +16,20 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from pianta.building_types.map_type_file import read_default_map_type_model
-from pianta.building_types.map_types import OTHER, MapTypeModel
+from pianta.building_types.growing_map_types import GrowingMapTypeModel, read_default_growing_map_type_model
+from pianta.building_types.map_types import MIN_TYPE_PROBABILITY, OTHER, MapTypeModel
 from pianta.floor import Floor, Room
 from pianta.labels import LabelSet
 from pianta.rooms.features import RoomContext, describe_rooms
 from pianta.rooms.model import RoomModel
 from pianta.rooms.model_file import read_default_room_model
 
-# All chosen by hand.
+# All chosen by hand, FEW_ROOMS by the logarithmic loss of parts of floors whose building was left out.
 GAIN = 0.5
 MARGIN = 0.1  # by which another answer is more probable before it is announced instead
 TYPE_MARGIN = 0.1  # by which a type that was announced may be less probable than a new one must be
 UNPREDICTED_SHARE = 0.5  # that is taken to be seen of a partial room without a predicted shape
-FEW_ROOMS = 4.0  # complete rooms with which a reading of the type has half of its trust
-MIN_TYPE = 0.5  # of a type that is announced; less than `read` wants, as the next maps can correct it
+FEW_ROOMS = 1.0  # rooms, complete or not, with which a reading of the type has half of its trust
 ANNOUNCED_SHARE = (
     0.5  # that was seen of a room whose label is announced: through a door, most rooms look like entrances
 )
@@ -63,24 +62,26 @@ def choose_announced(belief: Distribution, announced: str | None) -> str:
 
 
 def update_type(
-    before: Distribution | None, floor: Floor, model: MapTypeModel | None = None, context: RoomContext | None = None
+    before: Distribution | None,
+    floor: Floor,
+    model: MapTypeModel | GrowingMapTypeModel | None = None,
+    context: RoomContext | None = None,
 ) -> Distribution:
-    """The belief over types, with OTHER for none of them, after a reading; few complete rooms have little weight.
+    """The belief over types, with OTHER for none of them, after a reading; few rooms have little weight.
 
     model: None for the one that comes with pianta. context: of the rooms, by `describe_rooms`; None to compute it.
     """
-    prediction = (model or read_default_map_type_model()).predict(floor, context=context)
+    prediction = (model or read_default_growing_map_type_model()).predict(floor, context=context)
     reading = {**prediction.probabilities, OTHER: prediction.neither}
-    complete = sum(not room.partial for room in floor)
     uniform = dict.fromkeys(reading, 1 / len(reading))
-    return update_belief(before, reading, uniform, complete / (complete + FEW_ROOMS))
+    return update_belief(before, reading, uniform, len(floor) / (len(floor) + FEW_ROOMS))
 
 
 def choose_type(belief: Distribution, announced: str | None) -> str | None:
     """The type to announce, None if no type is probable enough; that announced before may be a little less probable."""
     types = {name: value for name, value in belief.items() if name != OTHER}
     best = choose_announced(types, announced)
-    limit = MIN_TYPE - (TYPE_MARGIN if best == announced else 0.0)
+    limit = MIN_TYPE_PROBABILITY - (TYPE_MARGIN if best == announced else 0.0)
     return best if types[best] >= limit else None
 
 

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from pianta._arguments import check_argument
 from pianta._types import Floats, Mask
 from pianta.building import Building, Storey
+from pianta.building_types.growing_map_types import GrowingMapTypeModel
 from pianta.building_types.map_types import MapTypeModel
 from pianta.errors import FloorError, MapError, MapWarning, OptionError
 from pianta.floor import Floor, round_floor
@@ -132,7 +133,7 @@ class Mapper:
     room_model
         Model of `train_rooms` or `load_model`; None for the one that comes with pianta.
     type_model
-        Model of the types of maps; None for the one that comes with pianta.
+        Model of the types of maps, or of growing maps; None for the one that comes with pianta.
     predict_partial
         Whether to predict the whole shape of rooms that were seen in part.
     labels
@@ -176,7 +177,7 @@ class Mapper:
         building_type: str | None = None,
         model: TypeModel | None = None,
         room_model: RoomModel | None = None,
-        type_model: MapTypeModel | None = None,
+        type_model: MapTypeModel | GrowingMapTypeModel | None = None,
         predict_partial: bool = True,
         labels: bool = True,
         previous: Floor | None = None,
@@ -384,7 +385,7 @@ class Mapper:
         *,
         model: TypeModel | None = None,
         room_model: RoomModel | None = None,
-        type_model: MapTypeModel | None = None,
+        type_model: MapTypeModel | GrowingMapTypeModel | None = None,
         predict_partial: bool = True,
         labels: bool = True,
         max_read_area: float | None = MAX_READ_AREA,

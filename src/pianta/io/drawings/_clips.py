@@ -11,12 +11,14 @@ import shapely
 from shapely.geometry.base import BaseGeometry
 
 from pianta._types import Floats
+from pianta.floor.polygons import list_polygons
 
 # None where nothing is clipped.
 Clip: TypeAlias = BaseGeometry | None
 
 
-MAX_CORNERS = 5000  # of a clip path; all crossings of its sides are computed, so larger ones are ignored
+# Most corners of a clip path: all crossings of its sides are computed, so larger ones are ignored.
+MAX_CORNERS = 5000
 
 
 def area_of_rings(rings: Sequence[Floats]) -> BaseGeometry:
@@ -51,7 +53,7 @@ def _polygons_of(area: BaseGeometry) -> BaseGeometry:
     """An area without the lines and points where two areas merely touch."""
     if area.geom_type in {"Polygon", "MultiPolygon"}:
         return area
-    return shapely.union_all([part for part in shapely.get_parts(area) if part.geom_type == "Polygon"])
+    return shapely.union_all(list_polygons(area))
 
 
 def clip_chain(chain: Floats, clip: Clip) -> list[Floats]:
@@ -69,6 +71,5 @@ def clip_rings(rings: Sequence[Floats], clip: Clip) -> list[Floats]:
     """Rings around what lies within an odd number of rings and within a clip; the same rings if the clip holds all."""
     if clip is None or all(shapely.covers(clip, shapely.LineString(ring)) for ring in rings if len(ring) > 1):
         return list(rings)
-    parts = shapely.get_parts(shapely.intersection(area_of_rings(rings), clip))
-    polygons = [part for part in parts if part.geom_type == "Polygon"]
+    polygons = list_polygons(shapely.intersection(area_of_rings(rings), clip))
     return [np.asarray(shapely.get_coordinates(ring)) for each in polygons for ring in (each.exterior, *each.interiors)]

@@ -21,6 +21,7 @@ from scipy.spatial import KDTree
 
 from pianta._types import Floats
 from pianta.errors import PlanError
+from pianta.floor.polygons import list_polygons
 from pianta.io._files import check_input_file, one_line_reason, short_repr
 from pianta.io.drawings._clips import Clip, area_of_rings, clip_chain, clip_rings
 from pianta.io.drawings._drawing import ROLES, DrawnOutline, DrawnStamp, DrawnText, PlanDrawing, Role
@@ -306,8 +307,7 @@ def _outlines_of_rings(rings: Sequence[Floats]) -> list[Floats]:
     if len(rings) == 1 or sum(map(len, rings)) > MAX_CORNERS:
         return list(rings)
     area = area_of_rings(rings)
-    parts = [part for part in shapely.get_parts(shapely.make_valid(area)) if part.geom_type == "Polygon"]
-    pieces = [piece for part in parts for piece in _cut_through_holes(part)]
+    pieces = [piece for part in list_polygons(shapely.make_valid(area)) for piece in _cut_through_holes(part)]
     return [np.asarray(shapely.get_coordinates(piece.exterior)) for piece in pieces if piece.area > 0]
 
 
@@ -319,8 +319,7 @@ def _cut_through_holes(polygon: shapely.Polygon) -> list[shapely.Polygon]:
     cuts = [shapely.Polygon(hole).representative_point().x for hole in polygon.interiors]
     cuts = [left, *sorted(cuts), right]
     strips = [shapely.box(start, bottom, end, top) for start, end in pairwise(cuts)]
-    pieces = shapely.get_parts(shapely.intersection(polygon, strips))
-    return [piece for piece in pieces if piece.geom_type == "Polygon"]
+    return list_polygons(shapely.intersection(polygon, strips))
 
 
 def chains_of_steps(start: Floats, steps: Iterable[Floats]) -> Iterator[Floats]:

@@ -1,0 +1,95 @@
+"""The building type of a map that is still growing, by two forests: of whole floors, and of parts of floors.
+
+To the forest of whole floors a part of a school looks like no type that it knows: rooms that were seen through a door
+are small, and corridors have few doors. The second forest was trained on readings of maps of which a robot has seen a
+part. The more rooms are complete, the less it counts.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+
+from pianta.building_types.map_type_file import read_default_map_type_model, read_map_type_model
+from pianta.building_types.map_types import (
+    OTHER,
+    MapExamples,
+    MapTypeModel,
+    MapTypePrediction,
+    describe_map,
+    train_map_types,
+)
+from pianta.errors import LabelError
+from pianta.floor import Floor
+from pianta.models import MODELS
+from pianta.rooms.extra_trees import TreeParameters
+from pianta.rooms.features import RoomContext, describe_rooms
+
+DEFAULT_PART_MODEL = MODELS / "partial_map_types.npz"
+# Chosen among twelve settings by the logarithmic loss of parts of floors whose building was left out.
+PART_TREES = TreeParameters(trees=300, feature_share=0.4, min_leaf=10)
+# These two were chosen together, among six values and six functions, by the logarithmic loss of the mixture.
+PART_TEMPERATURE = 0.6
+# The forest of parts has the weight 1 - (share of complete rooms) ** this.
+COMPLETE_EXPONENT = 3
+
+
+@dataclass(frozen=True, eq=False)
+class GrowingMapTypeModel:
+    """A model of the building types of maps that may show only a part of a floor.
+
+    floor_model: of whole floors. part_model: of parts of floors, with the same classes.
+    Raises LabelError if the classes differ.
+    """
+
+    floor_model: MapTypeModel
+    part_model: MapTypeModel
+
+    def __post_init__(self) -> None:
+        if self.floor_model.classes != self.part_model.classes:
+            raise LabelError(
+                f"the model of whole floors knows {', '.join(self.floor_model.classes)}, that of parts "
+                f"{', '.join(self.part_model.classes)}; train both on the same types"
+            )
+
+    def predict(self, floor: Floor, *, context: RoomContext | None = None) -> MapTypePrediction:
+        """The type of a floor, by its rooms and doors alone; raises LabelError for a floor without rooms.
+
+        It is the weighted geometric mean of both predictions. context: of its rooms, by `describe_rooms`; None to
+        compute it.
+        """
+        if not floor.rooms:
+            raise LabelError("the floor has no rooms, so its building type cannot be predicted")
+        features = describe_map(context or describe_rooms(floor))
+        complete = float(np.mean([not room.partial for room in floor]))
+        weight = 1 - complete**COMPLETE_EXPONENT
+        by_floors, by_parts = (model.predict_description(features) for model in (self.floor_model, self.part_model))
+        return mix_predictions(by_floors, by_parts, weight)
+
+    def leave_out(self, building: str) -> GrowingMapTypeModel:
+        """The model of all other buildings, trained anew."""
+        examples = self.part_model.examples
+        others = examples.select(np.array(examples.buildings) != building)
+        return GrowingMapTypeModel(self.floor_model.leave_out(building), train_part_types(others))
+
+
+def mix_predictions(one: MapTypePrediction, other: MapTypePrediction, weight: float) -> MapTypePrediction:
+    """The geometric mean of two predictions over the same types; weight: of the other one, 0 … 1."""
+    chances, others = ({**each.probabilities, OTHER: each.neither} for each in (one, other))
+    mixed = {name: chances[name] ** (1 - weight) * others[name] ** weight for name in chances}
+    total = sum(mixed.values())
+    neither = mixed.pop(OTHER) / total
+    return MapTypePrediction({name: value / total for name, value in mixed.items()}, neither)
+
+
+def train_part_types(examples: MapExamples, *, seed: int = 0) -> MapTypeModel:
+    """Train a model on parts of floors of at least two types; needs scikit-learn."""
+    return train_map_types(examples, trees=PART_TREES, temperature=PART_TEMPERATURE, seed=seed)
+
+
+@cache
+def read_default_growing_map_type_model() -> GrowingMapTypeModel:
+    """The models that come with pianta."""
+    return GrowingMapTypeModel(read_default_map_type_model(), read_map_type_model(DEFAULT_PART_MODEL))

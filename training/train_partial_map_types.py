@@ -1,0 +1,200 @@
+"""Train the model of the building types of maps of which a robot has seen a part, which comes with pianta.
+
+    python training/train_partial_map_types.py PARTS [--data DIR] [--jobs N]
+
+A robot explores drawn floors, simulated maps of made floors, and the maps of TRAINING_SETS, and its map is read
+whenever it has seen one of SHARES. Descriptions of the readings are kept in the folder PARTS, a file for each run, and
+are made only if they are missing: about half an hour of one core, the training itself a minute. Empty the folder when
+the method of reading maps has changed.
+"""
+
+from __future__ import annotations
+
+import argparse
+import warnings
+from collections import Counter
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+from joblib import Parallel, delayed
+from simulated_floors import FIRST_SEED, MADE_FLOORS, MADE_TYPES
+from train_map_types import SAME_BUILDING, TRAINING_SETS
+
+from pianta._types import Floats
+from pianta.building_types.growing_map_types import DEFAULT_PART_MODEL, PART_TREES, train_part_types
+from pianta.building_types.map_type_file import read_default_map_type_model, save_map_type_model
+from pianta.building_types.map_types import (
+    FOLDS,
+    MapExamples,
+    describe_map,
+    name_map_features,
+    predict_left_out,
+    train_map_types,
+)
+from pianta.errors import PiantaError
+from pianta.evaluation.folds import leave_buildings_out
+from pianta.exploration.classical_policies import InformationGain
+from pianta.exploration.explore import explore
+from pianta.exploration.frontiers import Frontier
+from pianta.exploration.policy_input import PolicyInput
+from pianta.exploration.starts import Point, find_starts
+from pianta.exploration.world import World, build_world, reachable_cells, read_world
+from pianta.gridmap import FREE, GridMap
+from pianta.layout.reconstruct import reconstruct
+from pianta.rooms.features import describe_rooms
+from pianta.worlds.floors import make_floor
+from pianta.worlds.scan import simulate_map
+from pianta.worlds.simulated_readings import draw_map_options
+from pianta_bench.data.annotated_floors import read_annotated_floors
+from pianta_bench.data.folders import find_data
+from pianta_bench.data.typed_maps import list_typed_maps
+from pianta_bench.exploration.campus import RADIUS, choose_starts, join_cells
+
+# All values were chosen by hand. Shares of the area that the robot can reach, at which its map is read.
+SHARES = (0.12, 0.2, 0.3, 0.4, 0.5, 0.65, 0.8)
+# Runs end at this share.
+STOP = 0.97
+# Of the worlds, metres per cell; those of coarser maps stay as they are.
+RESOLUTION = 0.1
+# Runs on each real map: from the widest point of its largest area, and from a random one.
+MAP_RUNS = 2
+# A part with fewer rooms says nothing of its building.
+MIN_ROOMS = 2
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """A run of a robot: its name, the type and the building of its world, the world, and which start it has."""
+
+    name: str
+    building_type: str
+    building: str
+    open: Callable[[], World]
+    start: int = 0
+
+
+class Watcher:
+    """Goes where most unknown area is in sight, and keeps the map whenever one of SHARES has been seen."""
+
+    def __init__(self, area: float) -> None:
+        self.policy, self.area, self.shares = InformationGain(), area, [*SHARES]
+        self.maps: list[GridMap] = []
+
+    def choose(self, inputs: PolicyInput) -> list[Frontier | None]:
+        """Choose as the policy."""
+        share = np.count_nonzero(inputs.cells == FREE) * inputs.resolution**2 / self.area
+        passed = [each for each in self.shares if each <= share]
+        if passed:
+            self.maps.append(GridMap(inputs.cells.copy(), inputs.resolution, inputs.origin))
+            self.shares = self.shares[len(passed) :]
+        return self.policy.choose(inputs)
+
+
+def list_runs(data: Path) -> Iterator[Run]:
+    """All runs; buildings as of read_annotated_floors."""
+    for each in list_typed_maps(data):
+        if each.part in TRAINING_SETS:
+            for start in range(MAP_RUNS):
+                name = f"{each.part}_{each.item}_{start}"
+                yield Run(name, each.building_type, each.building, partial(_open_map, each.read), start)
+    floors, _ = read_annotated_floors(data)
+    for floor in floors:
+        name = "drawn_" + floor.item.replace("/", "-")
+        yield Run(name, floor.kind, floor.building, partial(build_world, floor.floor, resolution=RESOLUTION))
+    for maker, count in MADE_FLOORS.items():
+        for number in range(count):
+            item = f"{maker}_{number}"
+            yield Run(f"made_{item}", MADE_TYPES[maker], f"made/{item}", partial(_make_world, maker, number))
+
+
+def describe_parts(run: Run, folder: Path) -> Floats:
+    """Features of the readings of a run, shape (readings, features); from the folder if they are there."""
+    file = folder / f"{run.name}.npy"
+    if not file.is_file():
+        warnings.simplefilter("ignore")
+        np.save(file, np.array([*_read_parts(run)]).reshape(-1, len(name_map_features())))
+    return np.asarray(np.load(file))
+
+
+def _read_parts(run: Run) -> Iterator[Floats]:
+    world = run.open()
+    start: Point = choose_starts(world)[run.start] if run.start else find_starts(world)[0]
+    reached = reachable_cells(world, [world.cell(*start)], radius=RADIUS)
+    watcher = Watcher(np.count_nonzero(reached) * world.resolution**2)
+    explore(world, watcher, starts=[start], seed=0, stop=STOP)
+    for grid in watcher.maps:
+        try:
+            floor = reconstruct(grid, predict_partial=False)
+        except PiantaError:
+            continue
+        if len(floor) >= MIN_ROOMS:
+            yield describe_map(describe_rooms(floor))
+
+
+def _open_map(read: Callable[[], GridMap]) -> World:
+    return _as_world(read())
+
+
+def _make_world(maker: str, number: int) -> World:
+    floor = make_floor(maker, seed=FIRST_SEED + number)
+    # Entrances lead out of the map
+    inner = replace(floor, doors=tuple(door for door in floor.doors if door.joins_rooms))
+    options = draw_map_options(np.random.default_rng(number))
+    return _as_world(simulate_map(inner, seed=FIRST_SEED + number, **options))
+
+
+def _as_world(grid: GridMap) -> World:
+    """The world of a map in cells of RESOLUTION or a little less."""
+    return read_world(join_cells(grid, max(1, int(RESOLUTION / grid.resolution + 1e-6))))
+
+
+def main() -> None:
+    """Train, save, and print how many types of parts whose building was left out are right."""
+    parser = argparse.ArgumentParser(description=main.__doc__)
+    parser.add_argument("parts", type=Path)
+    parser.add_argument("--data", type=Path)
+    parser.add_argument("--jobs", type=int, default=1)
+    arguments = parser.parse_args()
+    arguments.parts.mkdir(parents=True, exist_ok=True)
+    runs = [*list_runs(find_data(arguments.data))]
+    parts = Parallel(n_jobs=arguments.jobs)(delayed(describe_parts)(run, arguments.parts) for run in runs)
+    rows = [(run, part) for run, readings in zip(runs, parts, strict=True) for part in readings]
+    examples = MapExamples(
+        np.array([part for _, part in rows]),
+        tuple(run.building_type for run, _ in rows),
+        tuple(SAME_BUILDING.get(run.building, run.building) for run, _ in rows),
+        tuple(run.name for run, _ in rows),
+    )
+    save_map_type_model(train_part_types(examples), DEFAULT_PART_MODEL)
+    print_figures(examples)
+
+
+def print_figures(examples: MapExamples) -> None:
+    """Print how many parts the forest of parts, and that of whole floors, has right, with the building left out."""
+    is_right = predict_left_out(examples, trees=PART_TREES).argmax(axis=1) == examples.truth
+    is_right_by_whole = predict_by_whole_floors(examples).argmax(axis=1) == examples.truth
+    sets = [source.split("_")[0] for source in examples.sources]
+    groups = [*zip(sets, examples.types, strict=True)]
+    for (name, building_type), count in Counter(groups).items():
+        chosen = np.array([group == (name, building_type) for group in groups])
+        right, by_whole = is_right[chosen].sum(), is_right_by_whole[chosen].sum()
+        print(f"{name}, {building_type}: {count} parts, {right} right, {by_whole} by the forest of whole floors")
+    print(f"{len(groups)} parts of {len(set(examples.sources))} runs in {len(set(examples.buildings))} buildings")
+
+
+def predict_by_whole_floors(examples: MapExamples) -> Floats:
+    """Votes of forests of whole floors without the building, shape (n, classes)."""
+    floors = read_default_map_type_model().examples
+    votes = np.zeros((len(examples.types), len(floors.classes)))
+    for _, held_out in leave_buildings_out(examples.buildings, parts=FOLDS):
+        buildings = {examples.buildings[row] for row in held_out.tolist()}
+        others = floors.select(np.array([building not in buildings for building in floors.buildings]))
+        votes[held_out] = train_map_types(others).forest.predict(examples.features[held_out])
+    return votes
+
+
+if __name__ == "__main__":
+    main()
