@@ -13,7 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from PIL import Image
 
-from pianta.building_types.map_type_file import read_default_map_type_model
+from pianta.building_types.growing_map_types import read_default_growing_map_type_model
 from pianta.exploration.explore import explore
 from pianta.exploration.policies import make_policy
 from pianta.exploration.record import Exploration
@@ -56,7 +56,9 @@ def main() -> None:
     )
     (school,) = (each for each in floors if each.item == ITEM)
     others = [each.floor for each in floors if each.building != school.building]
-    mapper = Mapper(room_model=train_rooms(others), type_model=read_default_map_type_model().leave_out(school.building))
+    mapper = Mapper(
+        room_model=train_rooms(others), type_model=read_default_growing_map_type_model().leave_out(school.building)
+    )
     run = explore(build_world(school.floor), make_policy("gain"))
     way = [*follow(mapper, run)]
     extent = find_extent(way[-1].floor, way[-1].grid)

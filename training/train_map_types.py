@@ -29,13 +29,10 @@ from pianta.layout.reconstruct import reconstruct
 from pianta.rooms.features import describe_rooms
 from pianta_bench.data.annotated_floors import read_annotated_floors
 from pianta_bench.data.folders import find_data
-from pianta_bench.data.typed_maps import TypedMap, list_typed_maps
+from pianta_bench.data.typed_maps import TypedMap, list_typed_maps, name_training_building
 
 # Sets of maps that are trained on; those of vacuums and of strangers' robots are only measured on.
 TRAINING_SETS = ("schools", "survey", "furniture", "kth", "clutter")
-# Schools whose names differ by one number only. The data give each a building of its own, and their drawings differ;
-# they are kept together for caution.
-SAME_BUILDING = {"school/scuolasconosciuta2": "school/scuolasconosciuta"}
 
 
 def describe_floors(floors: Iterable[tuple[str, str, Floor]]) -> MapExamples:
@@ -45,7 +42,7 @@ def describe_floors(floors: Iterable[tuple[str, str, Floor]]) -> MapExamples:
     return MapExamples(
         np.array(features),
         tuple(floor.building_types[0] for _, _, floor in rows),
-        tuple(SAME_BUILDING.get(building, building) for _, building, _ in rows),
+        tuple(name_training_building(building) for _, building, _ in rows),
         tuple(name for name, _, _ in rows),
     )
 

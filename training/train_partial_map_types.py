@@ -21,7 +21,7 @@ from pathlib import Path
 import numpy as np
 from joblib import Parallel, delayed
 from simulated_floors import FIRST_SEED, MADE_FLOORS, MADE_TYPES
-from train_map_types import SAME_BUILDING, TRAINING_SETS
+from train_map_types import TRAINING_SETS
 
 from pianta._types import Floats
 from pianta.building_types.growing_map_types import DEFAULT_PART_MODEL, PART_TREES, train_part_types
@@ -50,7 +50,7 @@ from pianta.worlds.scan import simulate_map
 from pianta.worlds.simulated_readings import draw_map_options
 from pianta_bench.data.annotated_floors import read_annotated_floors
 from pianta_bench.data.folders import find_data
-from pianta_bench.data.typed_maps import list_typed_maps
+from pianta_bench.data.typed_maps import list_typed_maps, name_training_building
 from pianta_bench.exploration.campus import RADIUS, choose_starts, join_cells
 
 # All values were chosen by hand. Shares of the area that the robot can reach, at which its map is read.
@@ -165,7 +165,7 @@ def main() -> None:
     examples = MapExamples(
         np.array([part for _, part in rows]),
         tuple(run.building_type for run, _ in rows),
-        tuple(SAME_BUILDING.get(run.building, run.building) for run, _ in rows),
+        tuple(name_training_building(run.building) for run, _ in rows),
         tuple(run.name for run, _ in rows),
     )
     save_map_type_model(train_part_types(examples), DEFAULT_PART_MODEL)

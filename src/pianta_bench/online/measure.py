@@ -13,7 +13,7 @@ from typing import TypeAlias
 import networkx as nx
 import numpy as np
 
-from pianta.building_types.map_type_file import read_default_map_type_model
+from pianta.building_types.growing_map_types import read_default_growing_map_type_model
 from pianta.errors import DataError, MapError, OptionError
 from pianta.evaluation.floor_scores import score_floor
 from pianta.exploration.explore import explore
@@ -33,6 +33,7 @@ from pianta.rooms.completion import map_labels_upwards
 from pianta.rooms.training import train_rooms
 from pianta_bench.data.annotated_floors import AnnotatedFloor, read_annotated_buildings, set_building_type
 from pianta_bench.data.folders import find_data
+from pianta_bench.data.typed_maps import name_training_building
 from pianta_bench.harness.parallel import run_steps
 from pianta_bench.harness.records import Figures, Results, Track
 from pianta_bench.online import MOST_ROOMS
@@ -126,7 +127,8 @@ def _explore_twice(building: _Building, beliefs: list[Belief]) -> Iterator[Figur
     model = learn_type(building.graphs, SCHEMAS[building.building_type])
     sampler = FloorSampler(model)
     room_model = train_rooms(building.others)
-    type_model = read_default_map_type_model().leave_out(building.annotated.building)
+    own = name_training_building(building.annotated.building)
+    type_model = read_default_growing_map_type_model().leave_out(own)
     make_mapper = partial(Mapper, room_model=room_model, type_model=type_model)
     # The robot that drives knows the type, as the policy needs labels of it
     driving = make_mapper(building_type=building.building_type)
