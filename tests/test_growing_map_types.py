@@ -7,11 +7,11 @@ import pytest
 from shapely import box
 
 from pianta.building_types.growing_map_types import (
-    DEFAULT_PART_MODEL,
+    DEFAULT_PARTIAL_MODEL,
     GrowingMapTypeModel,
     mix_predictions,
     read_default_growing_map_type_model,
-    train_part_types,
+    train_partial_map_types,
 )
 from pianta.building_types.map_types import (
     OTHER,
@@ -22,8 +22,10 @@ from pianta.building_types.map_types import (
 )
 from pianta.errors import LabelError
 from pianta.floor import Floor, Room
+from pianta.worlds.floors import make_floor
+from pianta_bench.data.annotated_floors import read_annotated_floors
 
-MAX_PART_BYTES = 1_500_000
+MAX_PARTIAL_BYTES = 1_500_000
 # Four rooms in a row without doors.
 ROW = Floor(tuple(Room(number, box(4 * number, 0, 4 * number + 4, 3 + number)) for number in range(1, 5)))
 
@@ -39,7 +41,7 @@ def make_examples(classes: tuple[str, ...], buildings: int = 10) -> MapExamples:
 @pytest.fixture(scope="module")
 def model():
     examples = make_examples(("office", OTHER, "school"))
-    return GrowingMapTypeModel(train_map_types(examples), train_part_types(examples))
+    return GrowingMapTypeModel(train_map_types(examples), train_partial_map_types(examples))
 
 
 def make_partial(count: int) -> Floor:
@@ -70,33 +72,65 @@ class TestGrowingMapTypeModel:
         assert model.predict(ROW).probabilities == pytest.approx(dict(expected.probabilities))
 
     def test_a_floor_without_a_complete_room_is_read_by_the_model_of_parts(self, model):
-        expected = model.part_model.predict(ROW)
+        expected = model.partial_model.predict(ROW)
         assert expected.probabilities != pytest.approx(dict(model.floor_model.predict(ROW).probabilities))
         assert model.predict(make_partial(4)).probabilities == pytest.approx(dict(expected.probabilities))
 
     def test_with_half_of_the_rooms_complete_the_model_of_parts_counts_seven_eighths(self, model):
-        expected = mix_predictions(model.floor_model.predict(ROW), model.part_model.predict(ROW), 7 / 8)
+        expected = mix_predictions(model.floor_model.predict(ROW), model.partial_model.predict(ROW), 7 / 8)
         assert model.predict(make_partial(2)).probabilities == pytest.approx(dict(expected.probabilities))
 
     def test_a_building_is_left_out_of_both(self, model):
         without = model.leave_out("b0")
-        for part, before in ((without.floor_model, model.floor_model), (without.part_model, model.part_model)):
-            assert "b0" not in part.examples.buildings
-            assert len(part.examples.types) == len(before.examples.types) - 3
+        for without_b0, before in (
+            (without.floor_model, model.floor_model),
+            (without.partial_model, model.partial_model),
+        ):
+            assert "b0" not in without_b0.examples.buildings
+            assert len(without_b0.examples.types) == len(before.examples.types) - 3
+
+    def test_a_building_that_it_does_not_know_cannot_be_left_out(self, model):
+        with pytest.raises(LabelError, match="not trained on 'b77'"):
+            model.leave_out("b77")
 
     def test_a_floor_without_rooms_has_no_type(self, model):
         with pytest.raises(LabelError, match="no rooms"):
             model.predict(Floor(()))
 
     def test_models_of_other_types_do_not_fit(self, model):
-        other = train_part_types(make_examples(("hospital", OTHER)))
+        other = train_partial_map_types(make_examples(("hospital", OTHER)))
         with pytest.raises(LabelError, match=r"knows office, other, school, that of parts hospital, other; train both"):
             GrowingMapTypeModel(model.floor_model, other)
 
 
 def test_the_models_that_come_with_pianta():
     model = read_default_growing_map_type_model()
-    assert model.part_model.classes == ("office", OTHER, "school")
-    assert DEFAULT_PART_MODEL.stat().st_size < MAX_PART_BYTES
+    assert model.partial_model.classes == ("office", OTHER, "school")
+    assert DEFAULT_PARTIAL_MODEL.stat().st_size < MAX_PARTIAL_BYTES
     prediction = model.predict(make_partial(4))
     assert sum(prediction.probabilities.values()) + prediction.neither == pytest.approx(1)
+
+
+def make_western_half(floor: Floor) -> Floor:
+    """The rooms whose centre is in the western half, every third one partial, without labels."""
+    middle = np.median([room.polygon.centroid.x for room in floor])
+    chosen = [room for room in floor if room.polygon.centroid.x <= middle]
+    rooms = tuple(Room(room.id, room.polygon, partial=index % 3 == 0) for index, room in enumerate(chosen))
+    ids = {room.id for room in rooms}
+    return Floor(rooms, tuple(door for door in floor.doors if ids.issuperset(door.room_ids)))
+
+
+@pytest.mark.parametrize("maker", ["home", "depot"])
+def test_parts_of_homes_and_depots_are_seldom_given_a_type(maker):
+    model = read_default_growing_map_type_model()
+    parts = [make_western_half(make_floor(maker, seed=seed)) for seed in range(16)]
+    assert sum(model.predict(part).is_known for part in parts) <= 3
+
+
+def test_parts_of_schools_are_schools(data):
+    """Every fourth school; the model has seen other parts of them."""
+    floors, _ = read_annotated_floors(data)
+    schools = [each.floor for each in floors if each.kind == "school"][::4]
+    model = read_default_growing_map_type_model()
+    is_right = [model.predict(make_western_half(school)).likeliest == "school" for school in schools]
+    assert np.mean(is_right) >= 0.7

@@ -9,10 +9,12 @@ from shapely import LineString, box
 
 import pianta
 from pianta import Door, Floor, GridMap, Mapper, Room
+from pianta.building_types.growing_map_types import read_default_growing_map_type_model
+from pianta.building_types.map_types import MapTypePrediction
 from pianta.errors import MapError, MapWarning, OptionError
 from pianta.layout.parameters import StructureParameters
 from pianta.layout.structure.frontiers import is_partial_room
-from pianta.mapping.beliefs import choose_announced, choose_type, measure_trust, update_belief
+from pianta.mapping.beliefs import choose_announced, choose_type, measure_trust, update_belief, update_type
 from pianta.mapping.changed_parts import (
     choose_windows,
     forget_cells,
@@ -24,6 +26,7 @@ from pianta.mapping.changed_parts import (
 )
 from pianta.mapping.events import Event, EventKind, list_events
 from pianta.mapping.partial_shapes import let_wait, list_waiting
+from pianta.worlds.floors import make_floor
 
 SHUT = 100
 
@@ -76,6 +79,27 @@ class TestBeliefs:
         assert choose_type(belief, None) is None
         assert choose_type(belief, "office") == "office"
         assert choose_type({"office": 0.6, "school": 0.3, "other": 0.1}, None) == "office"
+
+    def test_all_rooms_count_for_the_type_also_partial_ones(self):
+        class Model:
+            def predict(self, floor: Floor, *, context: object) -> MapTypePrediction:
+                return MapTypePrediction({"office": 0.1, "school": 0.8}, 0.1)
+
+        rooms = tuple(Room(number, box(number, 0, number + 1, 1), partial=True) for number in (1, 2))
+        belief = update_type(None, Floor(rooms), Model())  # type: ignore[arg-type]
+        # Two rooms have a trust of 2/3: 0.8 ** (2/3) is four times 0.1 ** (2/3), as 8 ** (2/3) = 4
+        assert belief == pytest.approx({"office": 1 / 6, "school": 4 / 6, "other": 1 / 6}, abs=1e-4)
+
+    def test_parts_of_floors_have_the_type_of_the_model_of_growing_maps(self):
+        floor = make_floor("corridor", seed=1)
+        part = Floor(tuple(Room(room.id, room.polygon, partial=True) for room in floor))
+        prediction = read_default_growing_map_type_model().predict(part)
+        trust = len(part) / (len(part) + 1)
+        weights = {**prediction.probabilities, "other": prediction.neither}
+        total = sum(value**trust for value in weights.values())
+        assert update_type(None, part) == pytest.approx(
+            {name: value**trust / total for name, value in weights.items()}, abs=1e-3
+        )
 
     def test_a_room_is_trusted_by_the_share_of_it_that_was_seen(self):
         room = Room(1, box(0, 0, 1, 3), partial=True, predicted=box(0, 0, 4, 3))

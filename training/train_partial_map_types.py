@@ -1,11 +1,11 @@
 """Train the model of the building types of maps of which a robot has seen a part, which comes with pianta.
 
-    python training/train_partial_map_types.py PARTS [--data DIR] [--jobs N]
+    python training/train_partial_map_types.py READINGS [--data DIR] [--jobs N]
 
-A robot explores drawn floors, simulated maps of made floors, and the maps of TRAINING_SETS, and its map is read
-whenever it has seen one of SHARES. Descriptions of the readings are kept in the folder PARTS, a file for each run, and
-are made only if they are missing: about half an hour of one core, the training itself a minute. Empty the folder when
-the method of reading maps has changed.
+A robot explores drawn floors, simulated maps of made floors, and the maps of TRAINING_SETS, and its map is read at the
+first decision from each of SHARES on. Descriptions of the readings are kept in the folder READINGS, a file for each
+run, and are made only if they are missing: about half an hour of one core, the training itself a minute. Empty the
+folder when the method of reading maps has changed.
 """
 
 from __future__ import annotations
@@ -24,14 +24,24 @@ from simulated_floors import FIRST_SEED, MADE_FLOORS, MADE_TYPES
 from train_map_types import TRAINING_SETS
 
 from pianta._types import Floats
-from pianta.building_types.growing_map_types import DEFAULT_PART_MODEL, PART_TREES, train_part_types
+from pianta.building_types.growing_map_types import (
+    COMPLETE_EXPONENT,
+    DEFAULT_PARTIAL_MODEL,
+    PARTIAL_TEMPERATURE,
+    PARTIAL_TREES,
+    train_partial_map_types,
+)
 from pianta.building_types.map_type_file import read_default_map_type_model, save_map_type_model
 from pianta.building_types.map_types import (
     FOLDS,
+    MIN_TYPE_PROBABILITY,
+    OTHER,
+    TEMPERATURE,
     MapExamples,
     describe_map,
     name_map_features,
     predict_left_out,
+    soften,
     train_map_types,
 )
 from pianta.errors import PiantaError
@@ -43,6 +53,7 @@ from pianta.exploration.policy_input import PolicyInput
 from pianta.exploration.starts import Point, find_starts
 from pianta.exploration.world import World, build_world, reachable_cells, read_world
 from pianta.gridmap import FREE, GridMap
+from pianta.io._files import atomic_file
 from pianta.layout.reconstruct import reconstruct
 from pianta.rooms.features import describe_rooms
 from pianta.worlds.floors import make_floor
@@ -53,15 +64,16 @@ from pianta_bench.data.folders import find_data
 from pianta_bench.data.typed_maps import list_typed_maps, name_training_building
 from pianta_bench.exploration.campus import RADIUS, choose_starts, join_cells
 
-# All values were chosen by hand. Shares of the area that the robot can reach, at which its map is read.
+# All values were chosen by hand. Free cells that were seen, over those that the middle of the robot can reach; as a
+# robot also sees cells beside walls, 0.8 is 0.6 to 0.75 of all that it can see.
 SHARES = (0.12, 0.2, 0.3, 0.4, 0.5, 0.65, 0.8)
-# Runs end at this share.
+# Runs end at this share of all that can be seen.
 STOP = 0.97
 # Of the worlds, metres per cell; those of coarser maps stay as they are.
 RESOLUTION = 0.1
 # Runs on each real map: from the widest point of its largest area, and from a random one.
 MAP_RUNS = 2
-# A part with fewer rooms says nothing of its building.
+# Readings with fewer rooms are left out: they are alike in all buildings.
 MIN_ROOMS = 2
 
 
@@ -77,7 +89,7 @@ class Run:
 
 
 class Watcher:
-    """Goes where most unknown area is in sight, and keeps the map whenever one of SHARES has been seen."""
+    """Goes where most unknown area is in sight, and keeps the map at the first decision from each of SHARES on."""
 
     def __init__(self, area: float) -> None:
         self.policy, self.area, self.shares = InformationGain(), area, [*SHARES]
@@ -110,16 +122,24 @@ def list_runs(data: Path) -> Iterator[Run]:
             yield Run(f"made_{item}", MADE_TYPES[maker], f"made/{item}", partial(_make_world, maker, number))
 
 
-def describe_parts(run: Run, folder: Path) -> Floats:
-    """Features of the readings of a run, shape (readings, features); from the folder if they are there."""
-    file = folder / f"{run.name}.npy"
+def describe_readings(run: Run, folder: Path) -> tuple[Floats, Floats]:
+    """Features of the readings of a run, shape (n, features), and their shares of complete rooms, shape (n,).
+
+    They are read from the folder if they are there.
+    """
+    file = folder / f"{run.name}.npz"
     if not file.is_file():
-        warnings.simplefilter("ignore")
-        np.save(file, np.array([*_read_parts(run)]).reshape(-1, len(name_map_features())))
-    return np.asarray(np.load(file))
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            rows = np.array([*_read_maps(run)]).reshape(-1, 1 + len(name_map_features()))
+        with atomic_file(file) as temporary, temporary.open("wb") as stream:
+            np.savez(stream, features=rows[:, 1:], complete=rows[:, 0])
+    with np.load(file) as arrays:
+        return arrays["features"], arrays["complete"]
 
 
-def _read_parts(run: Run) -> Iterator[Floats]:
+def _read_maps(run: Run) -> Iterator[Floats]:
+    """The share of complete rooms, and the features, of each reading."""
     world = run.open()
     start: Point = choose_starts(world)[run.start] if run.start else find_starts(world)[0]
     reached = reachable_cells(world, [world.cell(*start)], radius=RADIUS)
@@ -131,7 +151,8 @@ def _read_parts(run: Run) -> Iterator[Floats]:
         except PiantaError:
             continue
         if len(floor) >= MIN_ROOMS:
-            yield describe_map(describe_rooms(floor))
+            complete = np.mean([not room.partial for room in floor])
+            yield np.array([complete, *describe_map(describe_rooms(floor))])
 
 
 def _open_map(read: Callable[[], GridMap]) -> World:
@@ -152,40 +173,52 @@ def _as_world(grid: GridMap) -> World:
 
 
 def main() -> None:
-    """Train, save, and print how many types of parts whose building was left out are right."""
+    """Train, save, and print how good the model is on readings whose building was left out."""
     parser = argparse.ArgumentParser(description=main.__doc__)
-    parser.add_argument("parts", type=Path)
+    parser.add_argument("readings", type=Path)
     parser.add_argument("--data", type=Path)
     parser.add_argument("--jobs", type=int, default=1)
     arguments = parser.parse_args()
-    arguments.parts.mkdir(parents=True, exist_ok=True)
+    arguments.readings.mkdir(parents=True, exist_ok=True)
     runs = [*list_runs(find_data(arguments.data))]
-    parts = Parallel(n_jobs=arguments.jobs)(delayed(describe_parts)(run, arguments.parts) for run in runs)
-    rows = [(run, part) for run, readings in zip(runs, parts, strict=True) for part in readings]
+    described = Parallel(n_jobs=arguments.jobs)(delayed(describe_readings)(run, arguments.readings) for run in runs)
+    features, complete = (np.concatenate(values) for values in zip(*described, strict=True))
+    own = [run for run, (_, shares) in zip(runs, described, strict=True) for _ in shares]
     examples = MapExamples(
-        np.array([part for _, part in rows]),
-        tuple(run.building_type for run, _ in rows),
-        tuple(name_training_building(run.building) for run, _ in rows),
-        tuple(run.name for run, _ in rows),
+        features,
+        tuple(run.building_type for run in own),
+        tuple(name_training_building(run.building) for run in own),
+        tuple(run.name for run in own),
     )
-    save_map_type_model(train_part_types(examples), DEFAULT_PART_MODEL)
-    print_figures(examples)
+    save_map_type_model(train_partial_map_types(examples), DEFAULT_PARTIAL_MODEL)
+    print_figures(examples, complete)
 
 
-def print_figures(examples: MapExamples) -> None:
-    """Print how many parts the forest of parts, and that of whole floors, has right, with the building left out."""
-    is_right = predict_left_out(examples, trees=PART_TREES).argmax(axis=1) == examples.truth
-    is_right_by_whole = predict_by_whole_floors(examples).argmax(axis=1) == examples.truth
-    sets = [source.split("_")[0] for source in examples.sources]
-    groups = [*zip(sets, examples.types, strict=True)]
-    for (name, building_type), count in Counter(groups).items():
-        chosen = np.array([group == (name, building_type) for group in groups])
-        right, by_whole = is_right[chosen].sum(), is_right_by_whole[chosen].sum()
-        print(f"{name}, {building_type}: {count} parts, {right} right, {by_whole} by the forest of whole floors")
-    print(f"{len(groups)} parts of {len(set(examples.sources))} runs in {len(set(examples.buildings))} buildings")
+def print_figures(examples: MapExamples, complete: Floats) -> None:
+    """Print how good the forests and their mixture are, with the building left out; complete: shares of rooms."""
+    weight = (1 - complete**COMPLETE_EXPONENT)[:, None]
+    by_floors = soften(predict_by_floors(examples), TEMPERATURE)
+    by_partial = soften(predict_left_out(examples, trees=PARTIAL_TREES), PARTIAL_TEMPERATURE)
+    mixed = by_floors ** (1 - weight) * by_partial**weight
+    predictions = {"floors": by_floors, "partial": by_partial, "mixed": mixed / mixed.sum(axis=1, keepdims=True)}
+    sets = ["_".join(source.split("_")[: 2 if source.startswith("made") else 1]) for source in examples.sources]
+    groups = np.array([f"{name}, {building_type}" for name, building_type in zip(sets, examples.types, strict=True)])
+    rows = np.arange(len(groups))
+    print("type given and right, given and wrong, %, and logarithmic loss")
+    for group, count in Counter(groups.tolist()).items():
+        chosen = groups == group
+        text = [f"{group}: {count} readings of {len({examples.sources[row] for row in rows[chosen]})} runs"]
+        for name, chances in predictions.items():
+            best = chances.argmax(axis=1)
+            is_given = (chances.max(axis=1) >= MIN_TYPE_PROBABILITY) & (best != examples.classes.index(OTHER))
+            right, wrong = (100 * (is_given & (same == (best == examples.truth)))[chosen].mean() for same in (1, 0))
+            loss = -np.log(chances[rows, examples.truth])[chosen].mean()
+            text.append(f"{name} {right:.0f} {wrong:.0f} {loss:.2f}")
+        print(", ".join(text))
+    print(f"{len(rows)} readings of {len(set(examples.sources))} runs in {len(set(examples.buildings))} buildings")
 
 
-def predict_by_whole_floors(examples: MapExamples) -> Floats:
+def predict_by_floors(examples: MapExamples) -> Floats:
     """Votes of forests of whole floors without the building, shape (n, classes)."""
     floors = read_default_map_type_model().examples
     votes = np.zeros((len(examples.types), len(floors.classes)))

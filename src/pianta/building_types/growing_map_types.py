@@ -27,11 +27,11 @@ from pianta.models import MODELS
 from pianta.rooms.extra_trees import TreeParameters
 from pianta.rooms.features import RoomContext, describe_rooms
 
-DEFAULT_PART_MODEL = MODELS / "partial_map_types.npz"
+DEFAULT_PARTIAL_MODEL = MODELS / "partial_map_types.npz"
 # Chosen among twelve settings by the logarithmic loss of parts of floors whose building was left out.
-PART_TREES = TreeParameters(trees=300, feature_share=0.4, min_leaf=10)
+PARTIAL_TREES = TreeParameters(trees=300, feature_share=0.4, min_leaf=10)
 # These two were chosen together, among six values and six functions, by the logarithmic loss of the mixture.
-PART_TEMPERATURE = 0.6
+PARTIAL_TEMPERATURE = 0.6
 # The forest of parts has the weight 1 - (share of complete rooms) ** this.
 COMPLETE_EXPONENT = 3
 
@@ -40,18 +40,18 @@ COMPLETE_EXPONENT = 3
 class GrowingMapTypeModel:
     """A model of the building types of maps that may show only a part of a floor.
 
-    floor_model: of whole floors. part_model: of parts of floors, with the same classes.
+    floor_model: of whole floors. partial_model: of parts of floors, with the same classes.
     Raises LabelError if the classes differ.
     """
 
     floor_model: MapTypeModel
-    part_model: MapTypeModel
+    partial_model: MapTypeModel
 
     def __post_init__(self) -> None:
-        if self.floor_model.classes != self.part_model.classes:
+        if self.floor_model.classes != self.partial_model.classes:
             raise LabelError(
                 f"the model of whole floors knows {', '.join(self.floor_model.classes)}, that of parts "
-                f"{', '.join(self.part_model.classes)}; train both on the same types"
+                f"{', '.join(self.partial_model.classes)}; train both on the same types"
             )
 
     def predict(self, floor: Floor, *, context: RoomContext | None = None) -> MapTypePrediction:
@@ -65,31 +65,34 @@ class GrowingMapTypeModel:
         features = describe_map(context or describe_rooms(floor))
         complete = float(np.mean([not room.partial for room in floor]))
         weight = 1 - complete**COMPLETE_EXPONENT
-        by_floors, by_parts = (model.predict_description(features) for model in (self.floor_model, self.part_model))
+        by_floors, by_parts = (model.predict_description(features) for model in (self.floor_model, self.partial_model))
         return mix_predictions(by_floors, by_parts, weight)
 
     def leave_out(self, building: str) -> GrowingMapTypeModel:
-        """The model of all other buildings, trained anew."""
-        examples = self.part_model.examples
+        """The model of all other buildings, trained anew; raises LabelError if neither model knows the building."""
+        names = {*self.floor_model.examples.buildings, *self.partial_model.examples.buildings}
+        if building not in names:
+            raise LabelError(f"the model was not trained on {building!r}, so it cannot be left out; check the name")
+        examples = self.partial_model.examples
         others = examples.select(np.array(examples.buildings) != building)
-        return GrowingMapTypeModel(self.floor_model.leave_out(building), train_part_types(others))
+        return GrowingMapTypeModel(self.floor_model.leave_out(building), train_partial_map_types(others))
 
 
-def mix_predictions(one: MapTypePrediction, other: MapTypePrediction, weight: float) -> MapTypePrediction:
-    """The geometric mean of two predictions over the same types; weight: of the other one, 0 … 1."""
-    chances, others = ({**each.probabilities, OTHER: each.neither} for each in (one, other))
-    mixed = {name: chances[name] ** (1 - weight) * others[name] ** weight for name in chances}
+def mix_predictions(first: MapTypePrediction, second: MapTypePrediction, weight: float) -> MapTypePrediction:
+    """The geometric mean of two predictions over the same types; weight: of the second one, 0 … 1."""
+    one, two = ({**each.probabilities, OTHER: each.neither} for each in (first, second))
+    mixed = {name: one[name] ** (1 - weight) * two[name] ** weight for name in one}
     total = sum(mixed.values())
     neither = mixed.pop(OTHER) / total
     return MapTypePrediction({name: value / total for name, value in mixed.items()}, neither)
 
 
-def train_part_types(examples: MapExamples, *, seed: int = 0) -> MapTypeModel:
+def train_partial_map_types(examples: MapExamples, *, seed: int = 0) -> MapTypeModel:
     """Train a model on parts of floors of at least two types; needs scikit-learn."""
-    return train_map_types(examples, trees=PART_TREES, temperature=PART_TEMPERATURE, seed=seed)
+    return train_map_types(examples, trees=PARTIAL_TREES, temperature=PARTIAL_TEMPERATURE, seed=seed)
 
 
 @cache
 def read_default_growing_map_type_model() -> GrowingMapTypeModel:
     """The models that come with pianta."""
-    return GrowingMapTypeModel(read_default_map_type_model(), read_map_type_model(DEFAULT_PART_MODEL))
+    return GrowingMapTypeModel(read_default_map_type_model(), read_map_type_model(DEFAULT_PARTIAL_MODEL))

@@ -24,7 +24,7 @@ from pianta.rooms.features import RoomContext, describe_rooms
 from pianta.rooms.model import RoomModel
 from pianta.rooms.model_file import read_default_room_model
 
-# All chosen by hand, FEW_ROOMS by the logarithmic loss of parts of floors whose building was left out.
+# All but FEW_ROOMS were chosen by hand; that by the logarithmic loss of parts of floors whose building was left out.
 GAIN = 0.5
 MARGIN = 0.1  # by which another answer is more probable before it is announced instead
 TYPE_MARGIN = 0.1  # by which a type that was announced may be less probable than a new one must be

@@ -11,7 +11,6 @@ from pianta import GridMap, make_world
 from pianta.building_types.map_types import name_map_features
 from pianta.exploration.world import read_world
 
-pytest.importorskip("numba", reason="pianta[sim] is not installed")
 sys.path.append(str(Path(__file__).parents[1] / "training"))
 training = import_module("train_partial_map_types")
 
@@ -22,20 +21,22 @@ def world():
     return read_world(grid)
 
 
-def test_a_part_is_described_at_each_share_and_kept_in_the_folder(world, tmp_path):
+def test_the_map_is_read_at_each_share_and_stays_in_the_folder(world, tmp_path):
     run = training.Run("one", "office", "b", lambda: world)
-    features = training.describe_parts(run, tmp_path)
+    features, complete = training.describe_readings(run, tmp_path)
     assert 3 <= len(features) <= len(training.SHARES)
     assert features.shape[1] == len(name_map_features())
     # The numbers of rooms grow with the shares
     rooms = features[:, name_map_features().index("rooms")]
     assert rooms[-1] > rooms[0]
+    assert ((complete >= 0) & (complete <= 1)).all()
 
     def fail() -> None:
         raise AssertionError("the world is opened again")
 
-    again = training.describe_parts(training.Run("one", "office", "b", fail), tmp_path)
-    np.testing.assert_array_equal(again, features)
+    again = training.describe_readings(training.Run("one", "office", "b", fail), tmp_path)
+    np.testing.assert_array_equal(again[0], features)
+    np.testing.assert_array_equal(again[1], complete)
 
 
 def test_each_share_is_watched_once():
