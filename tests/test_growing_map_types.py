@@ -24,6 +24,7 @@ from pianta.errors import LabelError
 from pianta.floor import Floor, Room
 from pianta.worlds.floors import make_floor
 from pianta_bench.data.annotated_floors import read_annotated_floors
+from pianta_bench.data.typed_maps import name_training_building
 
 MAX_PARTIAL_BYTES = 1_500_000
 # Four rooms in a row without doors.
@@ -125,6 +126,12 @@ def test_parts_of_homes_and_depots_are_seldom_given_a_type(maker):
     model = read_default_growing_map_type_model()
     parts = [make_western_half(make_floor(maker, seed=seed)) for seed in range(16)]
     assert sum(model.predict(part).is_known for part in parts) <= 3
+
+
+def test_all_drawn_buildings_can_be_left_out(data):
+    floors, _ = read_annotated_floors(data)
+    buildings = {name_training_building(each.building) for each in floors if each.kind in {"office", "school"}}
+    assert buildings <= read_default_growing_map_type_model().buildings
 
 
 def test_parts_of_schools_are_schools(data):

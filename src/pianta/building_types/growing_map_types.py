@@ -30,9 +30,9 @@ from pianta.rooms.features import RoomContext, describe_rooms
 DEFAULT_PARTIAL_MODEL = MODELS / "partial_map_types.npz"
 # Chosen among twelve settings by the logarithmic loss of parts of floors whose building was left out.
 PARTIAL_TREES = TreeParameters(trees=300, feature_share=0.4, min_leaf=10)
-# These two were chosen together, among six values and six functions, by the logarithmic loss of the mixture.
-PARTIAL_TEMPERATURE = 0.6
-# The forest of parts has the weight 1 - (share of complete rooms) ** this.
+# By the calibration error of beliefs over parts of floors whose building was left out, all types with the same weight.
+PARTIAL_TEMPERATURE = 0.4
+# The forest of parts has the weight 1 - (share of complete rooms) ** this. Chosen by the logarithmic loss.
 COMPLETE_EXPONENT = 3
 
 
@@ -68,10 +68,14 @@ class GrowingMapTypeModel:
         by_floors, by_parts = (model.predict_description(features) for model in (self.floor_model, self.partial_model))
         return mix_predictions(by_floors, by_parts, weight)
 
+    @property
+    def buildings(self) -> frozenset[str]:
+        """All buildings that one of both models was trained on."""
+        return frozenset((*self.floor_model.examples.buildings, *self.partial_model.examples.buildings))
+
     def leave_out(self, building: str) -> GrowingMapTypeModel:
         """The model of all other buildings, trained anew; raises LabelError if neither model knows the building."""
-        names = {*self.floor_model.examples.buildings, *self.partial_model.examples.buildings}
-        if building not in names:
+        if building not in self.buildings:
             raise LabelError(f"the model was not trained on {building!r}, so it cannot be left out; check the name")
         examples = self.partial_model.examples
         others = examples.select(np.array(examples.buildings) != building)

@@ -14,7 +14,7 @@ import networkx as nx
 import numpy as np
 
 from pianta.building_types.growing_map_types import read_default_growing_map_type_model
-from pianta.errors import DataError, MapError, OptionError
+from pianta.errors import DataError, MapError, OptionError, PiantaError
 from pianta.evaluation.floor_scores import score_floor
 from pianta.exploration.explore import explore
 from pianta.exploration.map_perception import UPDATE_DISTANCE
@@ -25,6 +25,7 @@ from pianta.exploration.world import World, build_world
 from pianta.floor import Floor, Room
 from pianta.generation.type_model import MIN_FLOORS, learn_type, prepare_room_graph
 from pianta.gridmap import GridMap
+from pianta.io._files import one_line_reason
 from pianta.labels import SCHEMAS, LabelConvention, LabelSet
 from pianta.mapping.events import Event, EventKind
 from pianta.mapping.mapper import Mapper, MapUpdate
@@ -82,7 +83,9 @@ def measure(
     """Explore data/buildings/TYPE/*.xml with perfect perception, and with that of the map.
 
     items: names of buildings, None for all. most_rooms: larger ones are left out. jobs: processes.
-    Models of rooms and types, and what the policy predicts, are learned without the building.
+    Models of rooms and types, and what the policy predicts, are learned without the building. Floors in several parts,
+    or with labels that the type does not have, are explored, but what the policy predicts is not learned from them;
+    details["unmodelled"] has the reason of each.
     Raises DataError for too few buildings, and OptionError for an unknown type or name.
     """
     if type not in SCHEMAS:
@@ -96,19 +99,29 @@ def measure(
         raise DataError(f"{len(floors)} floors are too few to learn from, give {MIN_FLOORS + 1}")
     if unknown := {*(items or ())} - {floor.item for floor in floors}:
         raise OptionError(f"no building is called {', '.join(sorted(unknown))}")
-    graphs = {floor.item: prepare_room_graph(floor.floor.graph(), SCHEMAS[type]) for floor in floors}
+    graphs, results.details["unmodelled"] = _prepare_graphs(floors, type)
     steps = {}
     for floor in floors:
         if (items and floor.item not in items) or (not items and len(floor.floor) > most_rooms):
             continue
         others = [other for other in floors if other.building != floor.building]
-        building = _Building(
-            floor, tuple(other.floor for other in others), tuple(graphs[each.item] for each in others), type, seed
-        )
+        learned = tuple(graphs[each.item] for each in others if each.item in graphs)
+        building = _Building(floor, tuple(other.floor for other in others), learned, type, seed)
         steps[floor.item] = partial(_measure_building, building)
     for measured in run_steps(steps, jobs=jobs, track=track):
         results.extend(measured)
     return results
+
+
+def _prepare_graphs(floors: Sequence[AnnotatedFloor], building_type: str) -> tuple[dict[str, nx.Graph], dict[str, str]]:
+    """The graphs of floors by item, and of those of which a model cannot learn the reason."""
+    graphs, unmodelled = {}, {}
+    for each in floors:
+        try:
+            graphs[each.item] = prepare_room_graph(each.floor.graph(), SCHEMAS[building_type])
+        except PiantaError as error:
+            unmodelled[each.item] = one_line_reason(error)
+    return graphs, unmodelled
 
 
 def _measure_building(building: _Building) -> Results:
@@ -128,7 +141,9 @@ def _explore_twice(building: _Building, beliefs: list[Belief]) -> Iterator[Figur
     sampler = FloorSampler(model)
     room_model = train_rooms(building.others)
     own = name_training_building(building.annotated.building)
-    type_model = read_default_growing_map_type_model().leave_out(own)
+    type_model = read_default_growing_map_type_model()
+    if own in type_model.buildings:
+        type_model = type_model.leave_out(own)
     make_mapper = partial(Mapper, room_model=room_model, type_model=type_model)
     # The robot that drives knows the type, as the policy needs labels of it
     driving = make_mapper(building_type=building.building_type)
