@@ -34,6 +34,7 @@ from pianta.building_types.growing_map_types import (
 from pianta.building_types.map_type_file import read_default_map_type_model, save_map_type_model
 from pianta.building_types.map_types import (
     FOLDS,
+    MIN_TYPE_PROBABILITY,
     OTHER,
     TEMPERATURE,
     MapExamples,
@@ -54,7 +55,6 @@ from pianta.exploration.world import World, build_world, reachable_cells, read_w
 from pianta.gridmap import FREE, GridMap
 from pianta.io._files import atomic_file
 from pianta.layout.reconstruct import reconstruct
-from pianta.mapping.beliefs import MIN_TYPE
 from pianta.rooms.features import describe_rooms
 from pianta.worlds.floors import make_floor
 from pianta.worlds.scan import simulate_map
@@ -210,7 +210,7 @@ def print_figures(examples: MapExamples, complete: Floats) -> None:
         text = [f"{group}: {count} readings of {len({examples.sources[row] for row in rows[chosen]})} runs"]
         for name, chances in predictions.items():
             best = chances.argmax(axis=1)
-            is_given = (chances.max(axis=1) >= MIN_TYPE) & (best != examples.classes.index(OTHER))
+            is_given = (chances.max(axis=1) >= MIN_TYPE_PROBABILITY) & (best != examples.classes.index(OTHER))
             right, wrong = (100 * (is_given & (same == (best == examples.truth)))[chosen].mean() for same in (1, 0))
             loss = -np.log(chances[rows, examples.truth])[chosen].mean()
             text.append(f"{name} {right:.0f} {wrong:.0f} {loss:.2f}")

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pianta.building_types.growing_map_types import GrowingMapTypeModel, read_default_growing_map_type_model
-from pianta.building_types.map_types import OTHER, MapTypeModel
+from pianta.building_types.map_types import MIN_TYPE_PROBABILITY, OTHER, MapTypeModel
 from pianta.floor import Floor, Room
 from pianta.labels import LabelSet
 from pianta.rooms.features import RoomContext, describe_rooms
@@ -29,7 +29,6 @@ GAIN = 0.5
 MARGIN = 0.1  # by which another answer is more probable before it is announced instead
 TYPE_MARGIN = 0.1  # by which a type that was announced may be less probable than a new one must be
 UNPREDICTED_SHARE = 0.5  # that is taken to be seen of a partial room without a predicted shape
-MIN_TYPE = 0.65  # of a type that is announced; more than `read` wants, as parts of floors mislead more often
 FEW_ROOMS = 1.0  # rooms, complete or not, with which a reading of the type has half of its trust
 ANNOUNCED_SHARE = (
     0.5  # that was seen of a room whose label is announced: through a door, most rooms look like entrances
@@ -82,7 +81,7 @@ def choose_type(belief: Distribution, announced: str | None) -> str | None:
     """The type to announce, None if no type is probable enough; that announced before may be a little less probable."""
     types = {name: value for name, value in belief.items() if name != OTHER}
     best = choose_announced(types, announced)
-    limit = MIN_TYPE - (TYPE_MARGIN if best == announced else 0.0)
+    limit = MIN_TYPE_PROBABILITY - (TYPE_MARGIN if best == announced else 0.0)
     return best if types[best] >= limit else None
 
 
