@@ -1,5 +1,6 @@
 """`pianta bench online`: what a mapper understands over the way, on a tiny school, and by figures made by hand."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -124,3 +125,12 @@ def test_too_few_buildings_are_refused(tmp_path: Path) -> None:
     code, _, err = run_pianta("bench", "online", "--data", tmp_path)
     assert code == 2
     assert "are too few to learn from" in err
+
+
+def test_a_floor_in_two_parts_is_explored_but_no_model_learns_from_it(tiny: Path) -> None:
+    first, other, *_ = read_as_buildings(tiny, "school", lambda each: each)[0]
+    parted = replace(other, floor=replace(other.floor, doors=()))
+    graphs, unmodelled = online._prepare_graphs([first, parted], "school")
+    assert list(graphs) == [first.item]
+    assert list(unmodelled) == [parted.item]
+    assert unmodelled[parted.item] == "no door connects two of its rooms, add doors or leave it out"

@@ -136,9 +136,10 @@ class MapTypeModel:
         neither = chances.pop(OTHER, 0.0)
         return MapTypePrediction(chances, neither)
 
-    def leave_out(self, building: str) -> MapTypeModel:
-        """The model of all other buildings, trained anew."""
-        return train_map_types(self.examples.select(np.array(self.examples.buildings) != building))
+    def leave_out(self, building: str, *, trees: TreeParameters = TREES) -> MapTypeModel:
+        """The model of all other buildings, trained anew; trees: as this one was trained."""
+        others = self.examples.select(np.array(self.examples.buildings) != building)
+        return train_map_types(others, trees=trees, temperature=self.temperature)
 
 
 def name_map_features() -> tuple[str, ...]:
