@@ -11,17 +11,25 @@ from pianta.mapping.events import Event, EventKind
 from pianta_bench.harness.records import Results
 from pianta_bench.online import measure as online
 from pianta_bench.online.figures import draw_curves, save_figures
-from pianta_bench.online.measure import LABEL_BELIEF, ROOMS, TYPE_BELIEF, name_stage
+from pianta_bench.online.measure import (
+    LABEL_BELIEF,
+    LONGER,
+    METRES_MAP,
+    METRES_PERFECT,
+    ROOMS,
+    TYPE_BELIEF,
+    name_stage,
+)
 from pianta_bench.online.tables import tabulate
 from tests.command_line import run_pianta
 from tests.tiny_data import read_as_buildings, write_schools
 
-SCHOOLS = "KKKW-KL", "KKS-KK", "LLW-KKK", "KKC-LK", "LLC-KKW", "KK-KWL"
+SCHOOLS = "KKKW-KL", "KKS-KK", "LLW-KKK", "KKC-LK", "LLC-KKW", "KK-KWL", "KSS-KKL"
 
 
 @pytest.fixture(scope="module")
 def tiny(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Six schools."""
+    """Seven schools, of which the last has two starts, as it has two stairs."""
     data = tmp_path_factory.mktemp("data")
     write_schools(data, *SCHOOLS)
     return data
@@ -32,12 +40,12 @@ def measured(tiny: Path) -> Results:
     with pytest.MonkeyPatch.context() as patch:
         # The names of tiny schools end with a number, as those of the floors of one building.
         patch.setattr(online, "read_annotated_buildings", read_as_buildings)
-        return online.measure(tiny, items=["school0"])
+        return online.measure(tiny, items=["school6"], starts=2)
 
 
 @pytest.mark.slow
 def test_a_school_has_figures_at_each_share_and_at_the_end(measured: Results) -> None:
-    assert [(item.item, item.failure) for item in measured.items] == [("school0", None)]
+    assert [(item.item, item.failure) for item in measured.items] == [("school6", None)]
     shares = [name_stage(ROOMS, stage) for stage in online.STAGES]
     assert shares == ["rooms F1 at 25%", "rooms F1 at 50%", "rooms F1 at 75%", "rooms F1 at 100%"]
     first, *_, last = (measured.values(metric=share)[0] for share in shares)
@@ -45,6 +53,8 @@ def test_a_school_has_figures_at_each_share_and_at_the_end(measured: Results) ->
     assert last > 0.7
     for metric in (online.RATIO, online.COST, online.LONGER):
         assert measured.values(metric=metric)[0] > 0
+    ways = measured.select(metric=online.LONGER)
+    assert [way["start"] for way in ways] == [0, 1]
     assert {record["metric"] for record in measured.records} >= {LABEL_BELIEF, TYPE_BELIEF}
 
 
@@ -81,12 +91,26 @@ def test_tables_have_the_way_the_end_and_calibration(measured: Results) -> None:
 
 
 def test_the_calibration_error_is_the_mean_difference_over_bins() -> None:
-    results = Results({"type": "school"})
+    results = Results({"type": "school", "seed": 0})
     # Bin 0.9 to 1: 0.95 and half right; bin 0.6 to 0.7: 0.65 and all right
     for probability, is_right in ((0.95, 1.0), (0.95, 0.0), (0.65, 1.0), (0.65, 1.0)):
         results.add("school", "a", {TYPE_BELIEF: is_right}, probability=probability)
     *_, calibration = tabulate(results)
     assert calibration.rows[TYPE_BELIEF]["error"].mean == pytest.approx(100 * (0.45 * 0.5 + 0.35 * 0.5))
+
+
+def test_metres_are_the_means_of_buildings_over_the_starts_that_both_robots_finish() -> None:
+    results = Results({"type": "school", "seed": 0})
+    for item, start, by_map, perfect in (("a", 0, 10.0, 10.0), ("a", 1, 30.0, 20.0), ("b", 0, 12.0, 8.0)):
+        metres = {METRES_MAP: by_map, METRES_PERFECT: perfect, LONGER: by_map / perfect}
+        results.add("school", item, metres, start=start)
+    results.add("school", "b", {METRES_MAP: None, METRES_PERFECT: 90.0, LONGER: None}, start=1)
+    _, end, _ = tabulate(results)
+    means = {metric: end.rows[metric][""].mean for metric in (METRES_MAP, METRES_PERFECT, LONGER)}
+    assert means == {METRES_MAP: 16.0, METRES_PERFECT: 11.5, LONGER: pytest.approx((1.25 + 1.5) / 2)}
+    *_, interval, left_out = end.notes
+    assert interval.startswith("Metres: of 3 ways, the mean of each building first. Over perfect: 1.25 to 1.50, ")
+    assert left_out == "Not 90 % by both, left out: b start 1."
 
 
 def test_the_type_counts_from_where_it_is_right_to_the_end() -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from math import isfinite
@@ -20,7 +20,9 @@ from pianta.exploration.explore import explore
 from pianta.exploration.map_perception import UPDATE_DISTANCE
 from pianta.exploration.perceptions import PERFECT
 from pianta.exploration.policies import PREDICTED, make_policy
+from pianta.exploration.policy_input import Policy
 from pianta.exploration.record import Exploration
+from pianta.exploration.starts import find_starts
 from pianta.exploration.world import World, build_world
 from pianta.floor import Floor, Room
 from pianta.generation.type_model import MIN_FLOORS, learn_type, prepare_room_graph
@@ -37,7 +39,7 @@ from pianta_bench.data.folders import find_data
 from pianta_bench.data.typed_maps import name_training_building
 from pianta_bench.harness.parallel import run_steps
 from pianta_bench.harness.records import Figures, Results, Track
-from pianta_bench.online import MOST_ROOMS
+from pianta_bench.online import MOST_ROOMS, STARTS
 
 STAGES = (0.25, 0.5, 0.75, 1.0)  # of the area that the robot observes, at which the last map is also read as a whole
 CURVE = tuple(sorted({*STAGES, *(tenth / 10 for tenth in range(1, 11))}))  # at which figures are taken
@@ -61,12 +63,16 @@ Belief: TypeAlias = tuple[str, float, bool]  # metric, probability of the likeli
 
 @dataclass(frozen=True, eq=False)
 class _Building:
-    """A building to explore. others: floors of other buildings; graphs: theirs, with labels of the type."""
+    """A building to explore.
+
+    others: floors of other buildings; graphs: theirs, with labels of the type. starts: the most, 0 for all.
+    """
 
     annotated: AnnotatedFloor
     others: tuple[Floor, ...]
     graphs: tuple[nx.Graph, ...]
     building_type: str
+    starts: int
     seed: int
 
 
@@ -76,13 +82,15 @@ def measure(
     type: str = "school",  # noqa: A002 - the option --type
     items: Sequence[str] | None = None,
     most_rooms: int = MOST_ROOMS,
+    starts: int = STARTS,
     jobs: int = 1,
     seed: int = 0,
     track: Track = iter,
 ) -> Results:
     """Explore data/buildings/TYPE/*.xml with perfect perception, and with that of the map.
 
-    items: names of buildings, None for all. most_rooms: larger ones are left out. jobs: processes.
+    items: names of buildings, None for all. most_rooms: larger ones are left out. starts: from which robots drive, the
+    most for each building, 0 for all; what they understand is that of the first one. jobs: processes.
     Models of rooms and types, and what the policy predicts, are learned without the building. Floors in several parts,
     or with labels that the type does not have, are explored, but what the policy predicts is not learned from them;
     details["unmodelled"] has the reason of each.
@@ -90,7 +98,7 @@ def measure(
     """
     if type not in SCHEMAS:
         raise OptionError(f"type is {type!r}, give one of {', '.join(SCHEMAS)}")
-    results = Results({"type": type, "most_rooms": most_rooms, "seed": seed})
+    results = Results({"type": type, "most_rooms": most_rooms, "starts": starts, "seed": seed})
     floors, failed = read_annotated_buildings(
         find_data(data), type, lambda each: replace(each, floor=set_building_type(each.floor, type))
     )
@@ -106,7 +114,7 @@ def measure(
             continue
         others = [other for other in floors if other.building != floor.building]
         learned = tuple(graphs[each.item] for each in others if each.item in graphs)
-        building = _Building(floor, tuple(other.floor for other in others), learned, type, seed)
+        building = _Building(floor, tuple(other.floor for other in others), learned, type, starts, seed)
         steps[floor.item] = partial(_measure_building, building)
     for measured in run_steps(steps, jobs=jobs, track=track):
         results.extend(measured)
@@ -128,17 +136,21 @@ def _measure_building(building: _Building) -> Results:
     results = Results()
     name, part = building.annotated.item, building.building_type
     beliefs: list[Belief] = []
-    results.measure(part, name, lambda: _explore_twice(building, beliefs))
+    ways: list[Figures] = []
+    results.measure(part, name, lambda: _explore_building(building, beliefs, ways))
     for metric, probability, is_right in beliefs:
         results.add(part, name, {metric: float(is_right)}, probability=probability)
+    for start, metres in enumerate(ways):
+        results.add(part, name, metres, start=start)
     return results
 
 
-def _explore_twice(building: _Building, beliefs: list[Belief]) -> Iterator[Figures]:
+def _explore_building(building: _Building, beliefs: list[Belief], ways: list[Figures]) -> Iterator[Figures]:
+    """Figures of mappers on the way from the first start; ways gets the metres from each start."""
     truth = replace(building.annotated.floor, source=building.annotated.item)
     world = build_world(truth)
     model = learn_type(building.graphs, SCHEMAS[building.building_type])
-    sampler = FloorSampler(model)
+    make_predicting = partial(make_policy, PREDICTED, sampler=FloorSampler(model))
     room_model = train_rooms(building.others)
     own = name_training_building(building.annotated.building)
     type_model = read_default_growing_map_type_model()
@@ -146,19 +158,36 @@ def _explore_twice(building: _Building, beliefs: list[Belief]) -> Iterator[Figur
         type_model = type_model.leave_out(own)
     make_mapper = partial(Mapper, room_model=room_model, type_model=type_model)
     # The robot that drives knows the type, as the policy needs labels of it
-    driving = make_mapper(building_type=building.building_type)
-    perfect, by_map = (
-        explore(world, make_policy(PREDICTED, sampler=sampler), perception=perception, seed=building.seed)
-        for perception in (PERFECT, driving)
-    )
-    metres = [run.distance_to(SHARE_DRIVEN) for run in (by_map, perfect)]
-    if all(map(isfinite, metres)):
-        yield dict(zip((METRES_MAP, METRES_PERFECT), metres, strict=True)) | {LONGER: metres[0] / metres[1]}
+    make_driving = partial(make_mapper, building_type=building.building_type)
+    by_map, *_ = _drive(building, world, make_predicting, make_driving, ways)
     # The robot that is asked does not
     compared = _Compared(by_map, world, truth)
     yield from _follow(make_mapper(), by_map, compared, beliefs)
     # One that knows the type can say what lies behind doors
     yield from _follow_ends(make_mapper(model=model), by_map, compared, beliefs)
+
+
+def _drive(
+    building: _Building,
+    world: World,
+    make_predicting: Callable[[], Policy],
+    make_driving: Callable[[], Mapper],
+    ways: list[Figures],
+) -> list[Exploration]:
+    """The runs of robots that read their maps, one from each start; ways gets their metres and those without error."""
+    runs = []
+    for start in find_starts(world)[: building.starts or None]:
+        run, perfect = (
+            explore(world, make_predicting(), starts=[start], perception=perception, seed=building.seed)
+            for perception in (make_driving(), PERFECT)
+        )
+        by_map, without_error = (
+            metres if isfinite(metres := each.distance_to(SHARE_DRIVEN)) else None for each in (run, perfect)
+        )
+        longer = by_map / without_error if by_map is not None and without_error else None
+        ways.append({METRES_MAP: by_map, METRES_PERFECT: without_error, LONGER: longer})
+        runs.append(run)
+    return runs
 
 
 def _follow(mapper: Mapper, run: Exploration, compared: _Compared, beliefs: list[Belief]) -> Iterator[Figures]:

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import groupby
+from statistics import fmean
 
 import numpy as np
 
+from pianta.evaluation.bootstrap import bootstrap_mean
 from pianta_bench.harness.records import Record, Results
 from pianta_bench.harness.tables import Cell, FilledTable, Table
 from pianta_bench.online.measure import (
@@ -81,7 +84,7 @@ def tabulate(results: Results) -> list[FilledTable]:
     """Figures over the way, at the end, and of calibration."""
     return [
         WAY.fill(_list_stages(results), type=results.options["type"]),
-        END.fill(_list_end(results)),
+        END.fill(_list_end(results), notes=_describe_ways(results)),
         CALIBRATION.fill(_calibrate(results)),
     ]
 
@@ -95,7 +98,9 @@ def _list_stages(results: Results) -> Iterator[Record]:
 
 def _list_end(results: Results) -> Iterator[Record]:
     last = {name_stage(metric, STAGES[-1]): metric for metric in (ROOMS, LABELS, TYPE)}
-    for record in results.records:
+    for record in (*results.records, *_average_starts(results)):
+        if "start" in record:
+            continue
         metric, value = last.get(record["metric"], record["metric"]), record["value"]
         if metric in END.labels:
             yield {
@@ -103,6 +108,38 @@ def _list_end(results: Results) -> Iterator[Record]:
                 "metric": metric,
                 "value": 100 * value if metric in SHARES and value is not None else value,
             }
+
+
+def _average_starts(results: Results) -> list[Record]:
+    """The mean metres, and ratios, of each building over the starts from which both robots get so far."""
+    records: list[Record] = []
+    for metric in (METRES_MAP, METRES_PERFECT, LONGER):
+        for item, each in groupby(_select_ways(results, metric), key=lambda record: record["item"]):
+            records.append({"part": "", "item": item, "metric": metric, "value": fmean(way["value"] for way in each)})
+    return records
+
+
+def _select_ways(results: Results, metric: str) -> list[Record]:
+    """The records of the ways that count."""
+    counted = {(way["item"], way["start"]) for way in results.select(metric=LONGER) if way["value"] is not None}
+    return [way for way in results.select(metric=metric) if (way["item"], way["start"]) in counted]
+
+
+def _describe_ways(results: Results) -> Iterator[str]:
+    """How many ways the metres are of, which starts do not count, and the interval of the mean ratio."""
+    ways, counted = results.select(metric=LONGER), _select_ways(results, LONGER)
+    interval = bootstrap_mean(
+        [record["value"] for record in _average_starts(results) if record["metric"] == LONGER],
+        seed=results.options["seed"],
+    )
+    if interval:
+        yield (
+            f"Metres: of {len(counted)} ways, the mean of each building first. Over perfect: {interval.low:.2f} to "
+            f"{interval.high:.2f}, 95 % of the means when buildings are resampled (bootstrap)."
+        )
+    left_out = [f"{way['item']} start {way['start']}" for way in ways if way["value"] is None]
+    if left_out:
+        yield f"Not 90 % by both, left out: {', '.join(left_out)}."
 
 
 def _calibrate(results: Results) -> Iterator[Record]:
