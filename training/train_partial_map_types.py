@@ -13,7 +13,7 @@ from __future__ import annotations
 import argparse
 import warnings
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -24,14 +24,8 @@ from simulated_floors import FIRST_SEED, MADE_FLOORS, MADE_TYPES
 from train_map_types import TRAINING_SETS
 
 from pianta._types import Floats
-from pianta.building_types.growing_map_types import (
-    COMPLETE_EXPONENT,
-    DEFAULT_PARTIAL_MODEL,
-    PARTIAL_TEMPERATURE,
-    PARTIAL_TREES,
-    train_partial_map_types,
-)
-from pianta.building_types.map_type_file import read_default_map_type_model, save_map_type_model
+from pianta.building_types.growing_map_types import COMPLETE_EXPONENT
+from pianta.building_types.map_type_file import read_default_map_type_model
 from pianta.building_types.map_types import (
     FOLDS,
     MIN_TYPE_PROBABILITY,
@@ -40,9 +34,14 @@ from pianta.building_types.map_types import (
     MapExamples,
     describe_map,
     name_map_features,
-    predict_left_out,
     soften,
     train_map_types,
+)
+from pianta.building_types.partial_map_type_file import DEFAULT_PARTIAL_MODEL, save_partial_map_type_model
+from pianta.building_types.partial_map_types import (
+    compute_weights,
+    predict_left_out_parts,
+    train_partial_map_types,
 )
 from pianta.errors import PiantaError
 from pianta.evaluation.folds import leave_buildings_out
@@ -73,6 +72,12 @@ STOP = 0.97
 RESOLUTION = 0.1
 # Runs on each real map: from the widest point of its largest area, and from a random one.
 MAP_RUNS = 2
+# Where the floors come from: in each source all types count the same.
+DRAWN_SOURCE = "drawn"
+MADE_SOURCE = "made"
+MAPPED_SOURCE = "mapped"
+# Of equal width, for calibration.
+BINS = 10
 # Readings with fewer rooms are left out: they are alike in all buildings.
 MIN_ROOMS = 2
 
@@ -86,6 +91,16 @@ class Run:
     building: str
     open: Callable[[], World]
     start: int = 0
+
+    @property
+    def set_name(self) -> str:
+        """The set of the data, or the maker of floors, that it is of."""
+        return "_".join(self.name.split("_")[: 2 if self.source == MADE_SOURCE else 1])
+
+    @property
+    def source(self) -> str:
+        """DRAWN_SOURCE, MADE_SOURCE or MAPPED_SOURCE."""
+        return next((each for each in (DRAWN_SOURCE, MADE_SOURCE) if self.name.startswith(each)), MAPPED_SOURCE)
 
 
 class Watcher:
@@ -114,12 +129,12 @@ def list_runs(data: Path) -> Iterator[Run]:
                 yield Run(name, each.building_type, each.building, partial(_open_map, each.read), start)
     floors, _ = read_annotated_floors(data)
     for floor in floors:
-        name = "drawn_" + floor.item.replace("/", "-")
+        name = f"{DRAWN_SOURCE}_" + floor.item.replace("/", "-")
         yield Run(name, floor.kind, floor.building, partial(build_world, floor.floor, resolution=RESOLUTION))
     for maker, count in MADE_FLOORS.items():
         for number in range(count):
             item = f"{maker}_{number}"
-            yield Run(f"made_{item}", MADE_TYPES[maker], f"made/{item}", partial(_make_world, maker, number))
+            yield Run(f"{MADE_SOURCE}_{item}", MADE_TYPES[maker], f"made/{item}", partial(_make_world, maker, number))
 
 
 def describe_readings(run: Run, folder: Path) -> tuple[Floats, Floats]:
@@ -188,34 +203,60 @@ def main() -> None:
         features,
         tuple(run.building_type for run in own),
         tuple(name_training_building(run.building) for run in own),
-        tuple(run.name for run in own),
+        tuple(run.source for run in own),
     )
-    save_map_type_model(train_partial_map_types(examples), DEFAULT_PARTIAL_MODEL)
-    print_figures(examples, complete)
+    save_partial_map_type_model(train_partial_map_types(examples), DEFAULT_PARTIAL_MODEL)
+    print_figures(examples, complete, own)
 
 
-def print_figures(examples: MapExamples, complete: Floats) -> None:
-    """Print how good the forests and their mixture are, with the building left out; complete: shares of rooms."""
+def print_figures(examples: MapExamples, complete: Floats, runs: Sequence[Run]) -> None:
+    """Print how good both models and their mixture are, with the building left out.
+
+    complete: shares of rooms. runs: of each reading.
+    """
     weight = (1 - complete**COMPLETE_EXPONENT)[:, None]
     by_floors = soften(predict_by_floors(examples), TEMPERATURE)
-    by_partial = soften(predict_left_out(examples, trees=PARTIAL_TREES), PARTIAL_TEMPERATURE)
-    mixed = by_floors ** (1 - weight) * by_partial**weight
-    predictions = {"floors": by_floors, "partial": by_partial, "mixed": mixed / mixed.sum(axis=1, keepdims=True)}
-    sets = ["_".join(source.split("_")[: 2 if source.startswith("made") else 1]) for source in examples.sources]
-    groups = np.array([f"{name}, {building_type}" for name, building_type in zip(sets, examples.types, strict=True)])
-    rows = np.arange(len(groups))
+    by_parts = predict_left_out_parts(examples)
+    mixed = by_floors ** (1 - weight) * by_parts**weight
+    predictions = {"floors": by_floors, "parts": by_parts, "mixed": mixed / mixed.sum(axis=1, keepdims=True)}
+    groups = np.array([f"{run.set_name}, {run.building_type}" for run in runs])
     print("type given and right, given and wrong, %, and logarithmic loss")
     for group, count in Counter(groups.tolist()).items():
         chosen = groups == group
-        text = [f"{group}: {count} readings of {len({examples.sources[row] for row in rows[chosen]})} runs"]
+        text = [f"{group}: {count} readings of {len({run.name for run in runs if run.set_name in group})} runs"]
         for name, chances in predictions.items():
             best = chances.argmax(axis=1)
             is_given = (chances.max(axis=1) >= MIN_TYPE_PROBABILITY) & (best != examples.classes.index(OTHER))
             right, wrong = (100 * (is_given & (same == (best == examples.truth)))[chosen].mean() for same in (1, 0))
-            loss = -np.log(chances[rows, examples.truth])[chosen].mean()
-            text.append(f"{name} {right:.0f} {wrong:.0f} {loss:.2f}")
+            text.append(f"{name} {right:.0f} {wrong:.0f} {measure_losses(examples, chances)[chosen].mean():.2f}")
         print(", ".join(text))
-    print(f"{len(rows)} readings of {len(set(examples.sources))} runs in {len(set(examples.buildings))} buildings")
+    print("with the weights of the training: logarithmic loss; mean belief, right, and calibration error, %")
+    for source in (None, *dict.fromkeys(examples.sources)):
+        text = [source or "all"]
+        for name, chances in predictions.items():
+            weights = compute_weights(examples) * [source in {None, each} for each in examples.sources]
+            loss = np.average(measure_losses(examples, chances), weights=weights)
+            text.append(
+                f"{name} {loss:.3f} " + " ".join(f"{each:.1f}" for each in calibrate(examples, chances, weights))
+            )
+        print(", ".join(text))
+    print(
+        f"{len(groups)} readings of {len({run.name for run in runs})} runs in {len(set(examples.buildings))} buildings"
+    )
+
+
+def measure_losses(examples: MapExamples, chances: Floats) -> Floats:
+    """The logarithmic loss of each reading, shape (n,)."""
+    return np.asarray(-np.log(chances[np.arange(len(chances)), examples.truth]))
+
+
+def calibrate(examples: MapExamples, chances: Floats, weights: Floats) -> tuple[float, float, float]:
+    """The mean probability of the likeliest answers, the share that is right, and the calibration error, all in %."""
+    beliefs, is_right = chances.max(axis=1), chances.argmax(axis=1) == examples.truth
+    shares = weights / weights.sum()
+    bins = np.minimum((BINS * beliefs).astype(int), BINS - 1)
+    differences = np.bincount(bins, shares * (beliefs - is_right))
+    return 100 * shares @ beliefs, 100 * shares @ is_right, 100 * np.abs(differences).sum()
 
 
 def predict_by_floors(examples: MapExamples) -> Floats:

@@ -1,7 +1,7 @@
-"""The building type of a map that is still growing, by two forests: of whole floors, and of parts of floors.
+"""The building type of a map that is still growing, by two models: of whole floors, and of parts of floors.
 
 To the forest of whole floors a part of a school looks like no type that it knows: rooms that were seen through a door
-are small, and corridors have few doors. The second forest was trained on readings of maps of which a robot has seen a
+are small, and corridors have few doors. The other model was trained on readings of maps of which a robot has seen a
 part. The more rooms are complete, the less it counts.
 """
 
@@ -12,27 +12,16 @@ from functools import cache
 
 import numpy as np
 
-from pianta.building_types.map_type_file import read_default_map_type_model, read_map_type_model
-from pianta.building_types.map_types import (
-    OTHER,
-    MapExamples,
-    MapTypeModel,
-    MapTypePrediction,
-    describe_map,
-    train_map_types,
-)
+from pianta.building_types.map_type_file import read_default_map_type_model
+from pianta.building_types.map_types import OTHER, MapTypeModel, MapTypePrediction, describe_map
+from pianta.building_types.partial_map_type_file import read_default_partial_map_type_model
+from pianta.building_types.partial_map_types import PartialMapTypeModel
 from pianta.errors import LabelError
 from pianta.floor import Floor
-from pianta.models import MODELS
-from pianta.rooms.extra_trees import TreeParameters
 from pianta.rooms.features import RoomContext, describe_rooms
 
-DEFAULT_PARTIAL_MODEL = MODELS / "partial_map_types.npz"
-# Chosen among nine settings by the logarithmic loss of parts of floors whose building was left out.
-PARTIAL_TREES = TreeParameters(trees=300, feature_share=0.4, min_leaf=10)
-# These two were chosen together, among six values and six functions, by the logarithmic loss of the mixture.
-PARTIAL_TEMPERATURE = 0.6
-# The forest of parts has the weight 1 - (share of complete rooms) ** this.
+# The model of parts has the weight 1 - (share of complete rooms) ** this. Chosen among six functions by the logarithmic
+# loss of parts of floors whose building was left out.
 COMPLETE_EXPONENT = 3
 
 
@@ -45,7 +34,7 @@ class GrowingMapTypeModel:
     """
 
     floor_model: MapTypeModel
-    partial_model: MapTypeModel
+    partial_model: PartialMapTypeModel
 
     def __post_init__(self) -> None:
         if self.floor_model.classes != self.partial_model.classes:
@@ -77,8 +66,7 @@ class GrowingMapTypeModel:
         """The model of all other buildings, trained anew; raises LabelError if neither model knows the building."""
         if building not in self.buildings:
             raise LabelError(f"the model was not trained on {building!r}, so it cannot be left out; check the name")
-        partial_model = self.partial_model.leave_out(building, trees=PARTIAL_TREES)
-        return GrowingMapTypeModel(self.floor_model.leave_out(building), partial_model)
+        return GrowingMapTypeModel(self.floor_model.leave_out(building), self.partial_model.leave_out(building))
 
 
 def mix_predictions(first: MapTypePrediction, second: MapTypePrediction, weight: float) -> MapTypePrediction:
@@ -90,12 +78,7 @@ def mix_predictions(first: MapTypePrediction, second: MapTypePrediction, weight:
     return MapTypePrediction({name: value / total for name, value in mixed.items()}, neither)
 
 
-def train_partial_map_types(examples: MapExamples, *, seed: int = 0) -> MapTypeModel:
-    """Train a model on parts of floors of at least two types; needs scikit-learn."""
-    return train_map_types(examples, trees=PARTIAL_TREES, temperature=PARTIAL_TEMPERATURE, seed=seed)
-
-
 @cache
 def read_default_growing_map_type_model() -> GrowingMapTypeModel:
     """The models that come with pianta."""
-    return GrowingMapTypeModel(read_default_map_type_model(), read_map_type_model(DEFAULT_PARTIAL_MODEL))
+    return GrowingMapTypeModel(read_default_map_type_model(), read_default_partial_map_type_model())

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any, TypeVar
 
+from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
 
 from pianta.building_types.map_types import MapExamples, MapTypeModel, name_map_features
@@ -28,35 +30,57 @@ REMEDY = "make it again by the script that its card names"
 FORMAT = FileFormat("pianta map types", 1, remedy=REMEDY)
 
 
-class _Header(BaseModel):
+class ExamplesHeader(BaseModel):
+    """What the file of a model of maps says of it and of its examples."""
+
     model_config = ConfigDict(strict=True, frozen=True)
 
     format: str
     version: str
     features: list[str]
     classes: Annotated[list[str], Field(min_length=2)]
-    temperature: Annotated[FiniteFloat, Field(gt=0)]
     types: list[str]
     buildings: list[str]
     sources: list[str]
 
 
+class _Header(ExamplesHeader):
+    temperature: Annotated[FiniteFloat, Field(gt=0)]
+
+
+HeaderT = TypeVar("HeaderT", bound=ExamplesHeader)
+
+
 def save_map_type_model(model: MapTypeModel, path: str | Path) -> None:
     """Write a model; what is read again predicts the same, and the same model always gives the same bytes."""
-    examples = model.examples
-    header = _Header(
-        **FORMAT.header,
-        features=list(name_map_features()),
-        classes=list(model.classes),
-        temperature=model.temperature,
-        types=list(examples.types),
-        buildings=list(examples.buildings),
-        sources=list(examples.sources),
-    )
-    arrays = {name: getattr(model.forest, name).astype(dtype) for name, (dtype, _) in FOREST_ARRAYS.items()}
-    arrays[EXAMPLES] = examples.features.astype(EXAMPLES_TYPE)
+    header = _Header(**describe_examples(FORMAT, model.classes, model.examples), temperature=model.temperature)
+    save_archive(path, header, pack_forest(model.forest), model.examples)
+
+
+def describe_examples(file_format: FileFormat, classes: tuple[str, ...], examples: MapExamples) -> dict[str, Any]:
+    """The fields of an ExamplesHeader."""
+    return {
+        **file_format.header,
+        "features": list(name_map_features()),
+        "classes": list(classes),
+        "types": list(examples.types),
+        "buildings": list(examples.buildings),
+        "sources": list(examples.sources),
+    }
+
+
+def pack_forest(forest: Forest) -> dict[str, NDArray[Any]]:
+    """The arrays of a forest by name."""
+    return {name: getattr(forest, name).astype(dtype) for name, (dtype, _) in FOREST_ARRAYS.items()}
+
+
+def save_archive(
+    path: str | Path, header: ExamplesHeader, arrays: Mapping[str, NDArray[Any]], examples: MapExamples
+) -> None:
+    """Write the archive of a model with its examples, whole or not at all."""
+    stored = {**arrays, EXAMPLES: examples.features.astype(EXAMPLES_TYPE)}
     with atomic_file(path) as temporary:
-        temporary.write_bytes(pack_archive(header.model_dump_json(indent=1), HEADER, arrays))
+        temporary.write_bytes(pack_archive(header.model_dump_json(indent=1), HEADER, stored))
 
 
 def read_map_type_model(path: str | Path) -> MapTypeModel:
@@ -75,28 +99,41 @@ def read_default_map_type_model() -> MapTypeModel:
 
 def _parse_model(content: bytes) -> MapTypeModel:
     with ModelArchive(content) as archive:
-        header = _read_header(archive)
-        try:
-            arrays = {name: archive.read_array(name, dtype, axes=axes) for name, (dtype, axes) in FOREST_ARRAYS.items()}
-            forest = Forest(**arrays)
-        except ModelError as error:
-            raise ModelError(f"its trees are damaged: {one_line_reason(error)}; {REMEDY}") from None
-        features = archive.read_array(EXAMPLES, EXAMPLES_TYPE, axes=2)
-    if forest.features.max() >= len(header.features) or forest.classes != len(header.classes):
-        raise ModelError(f"its trees are over other features or types than its header says; {REMEDY}")
-    lengths = {len(features), len(header.types), len(header.buildings), len(header.sources)}
-    if len(lengths) > 1 or features.shape[1] != len(header.features):
-        raise ModelError(f"its examples are not those of its header; {REMEDY}")
-    examples = MapExamples(features.astype(float), tuple(header.types), tuple(header.buildings), tuple(header.sources))
+        header = read_header(archive, _Header, FORMAT)
+        forest, examples = read_forest(archive, header), read_examples(archive, header)
     return MapTypeModel(forest, tuple(header.classes), header.temperature, examples)
 
 
 @validation_as(ModelError)
-def _read_header(archive: ModelArchive) -> _Header:
-    """The header of a model file; a fault of its version comes before all others."""
+def read_header(archive: ModelArchive, header_class: type[HeaderT], file_format: FileFormat) -> HeaderT:
+    """The header of the file of a model of maps; a fault of its version comes before all others.
+
+    Raises ModelError for a damaged header, and for other features than those that are computed.
+    """
     text = archive.read(HEADER)
-    FORMAT.check_version(text, ModelError)
-    header = _Header.model_validate_json(text)
+    file_format.check_version(text, ModelError)
+    header = header_class.model_validate_json(text)
     if tuple(header.features) != name_map_features():
         raise ModelError(f"it was trained on other features of floors than this pianta computes; {REMEDY}")
     return header
+
+
+def read_forest(archive: ModelArchive, header: ExamplesHeader) -> Forest:
+    """The forest of a model of maps; raises ModelError if it is damaged, or not that of the header."""
+    try:
+        arrays = {name: archive.read_array(name, dtype, axes=axes) for name, (dtype, axes) in FOREST_ARRAYS.items()}
+        forest = Forest(**arrays)
+    except ModelError as error:
+        raise ModelError(f"its trees are damaged: {one_line_reason(error)}; {REMEDY}") from None
+    if forest.features.max() >= len(header.features) or forest.classes != len(header.classes):
+        raise ModelError(f"its trees are over other features or types than its header says; {REMEDY}")
+    return forest
+
+
+def read_examples(archive: ModelArchive, header: ExamplesHeader) -> MapExamples:
+    """The examples of a model of maps; raises ModelError if they are damaged, or not those of the header."""
+    features = archive.read_array(EXAMPLES, EXAMPLES_TYPE, axes=2)
+    lengths = {len(features), len(header.types), len(header.buildings), len(header.sources)}
+    if len(lengths) > 1 or features.shape[1] != len(header.features):
+        raise ModelError(f"its examples are not those of its header; {REMEDY}")
+    return MapExamples(features.astype(float), tuple(header.types), tuple(header.buildings), tuple(header.sources))

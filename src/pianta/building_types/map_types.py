@@ -132,14 +132,18 @@ class MapTypeModel:
     def predict_description(self, features: Floats) -> MapTypePrediction:
         """The type of a floor, from its features of `describe_map`, shape (k,)."""
         votes = self.forest.predict(features[None])
-        chances = dict(zip(self.classes, soften(votes, self.temperature)[0].tolist(), strict=True))
-        neither = chances.pop(OTHER, 0.0)
-        return MapTypePrediction(chances, neither)
+        return make_prediction(self.classes, soften(votes, self.temperature)[0])
 
-    def leave_out(self, building: str, *, trees: TreeParameters = TREES) -> MapTypeModel:
-        """The model of all other buildings, trained anew; trees: as this one was trained."""
-        others = self.examples.select(np.array(self.examples.buildings) != building)
-        return train_map_types(others, trees=trees, temperature=self.temperature)
+    def leave_out(self, building: str) -> MapTypeModel:
+        """The model of all other buildings, trained anew."""
+        return train_map_types(self.examples.select(np.array(self.examples.buildings) != building))
+
+
+def make_prediction(classes: Sequence[str], chances: Floats) -> MapTypePrediction:
+    """The prediction with the probabilities of the classes, shape (classes,), of which OTHER may be one."""
+    by_class = dict(zip(classes, chances.tolist(), strict=True))
+    neither = by_class.pop(OTHER, 0.0)
+    return MapTypePrediction(by_class, neither)
 
 
 def name_map_features() -> tuple[str, ...]:
@@ -168,19 +172,17 @@ def describe_map(context: RoomContext) -> Floats:
     return np.concatenate([context.features.mean(axis=0), by_area, sizes])
 
 
-def train_map_types(
-    examples: MapExamples, *, trees: TreeParameters = TREES, temperature: float = TEMPERATURE, seed: int = 0
-) -> MapTypeModel:
+def train_map_types(examples: MapExamples, *, seed: int = 0) -> MapTypeModel:
     """Train a model on floors of at least two types; needs scikit-learn."""
-    forest = _grow(examples, np.arange(len(examples.types)), trees=trees, seed=seed)
-    return MapTypeModel(forest, examples.classes, temperature, examples)
+    forest = _grow(examples, np.arange(len(examples.types)), seed=seed)
+    return MapTypeModel(forest, examples.classes, TEMPERATURE, examples)
 
 
-def predict_left_out(examples: MapExamples, *, trees: TreeParameters = TREES, seed: int = 0) -> Floats:
+def predict_left_out(examples: MapExamples, *, seed: int = 0) -> Floats:
     """Votes for the types of each floor, shape (n, classes), by forests that were not trained on its building."""
     votes = np.zeros((len(examples.types), len(examples.classes)))
     for training, held_out in leave_buildings_out(examples.buildings, parts=FOLDS):
-        votes[held_out] = _grow(examples, training, trees=trees, seed=seed).predict(examples.features[held_out])
+        votes[held_out] = _grow(examples, training, seed=seed).predict(examples.features[held_out])
     return votes
 
 
@@ -199,8 +201,8 @@ def join_examples(parts: Sequence[MapExamples]) -> MapExamples:
     return MapExamples(np.concatenate([part.features for part in parts]), types, buildings, sources)
 
 
-def _grow(examples: MapExamples, rows: Indices, *, trees: TreeParameters, seed: int) -> Forest:
+def _grow(examples: MapExamples, rows: Indices, *, seed: int) -> Forest:
     """The forest of some of the floors."""
     chosen = examples.select(rows)
-    grown = grow_extra_trees(chosen.features, examples.truth[rows], chosen.weigh(), parameters=trees, seed=seed)
+    grown = grow_extra_trees(chosen.features, examples.truth[rows], chosen.weigh(), parameters=TREES, seed=seed)
     return Forest.from_trees(grown, len(examples.classes))

@@ -10,7 +10,7 @@ from pianta_bench._options import Data, TimedJobs
 from pianta_bench.harness.bench import Bench
 
 MOST_ROOMS = 60  # of buildings, by default: larger ones take minutes each
-STARTS = 3  # of each building, by default: metres from one start are mostly chance
+STARTS = 2  # of each building, by default: metres from one start are mostly chance
 
 Type = Annotated[str, typer.Option(help="Type of the buildings: school or office.", metavar="TYPE")]
 Items = Annotated[
