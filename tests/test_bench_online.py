@@ -109,8 +109,8 @@ def test_metres_are_the_means_of_buildings_over_the_starts_that_both_robots_fini
     means = {metric: end.rows[metric][""].mean for metric in (METRES_MAP, METRES_PERFECT, LONGER)}
     assert means == {METRES_MAP: 16.0, METRES_PERFECT: 11.5, LONGER: pytest.approx((1.25 + 1.5) / 2)}
     *_, interval, left_out = end.notes
-    assert interval.startswith("Metres: of 3 ways, the mean of each building first. Over perfect: 1.25 to 1.50, ")
-    assert left_out == "Not 90 % by both, left out: b start 1."
+    assert interval.startswith("Metres: of 3 ways, the mean of each floor first. Over perfect: 1.25 to 1.50, ")
+    assert left_out == "Without 90 % by both, or with 0 m, left out: b start 1."
 
 
 def test_the_type_counts_from_where_it_is_right_to_the_end() -> None:
@@ -140,6 +140,23 @@ def test_bad_options_are_refused(tiny: Path, arguments: list[str], message: str)
     code, _, err = run_pianta("bench", "online", "--data", tiny, *arguments)
     assert code == 2
     assert message in err
+
+
+def test_starts_below_0_are_refused(tiny: Path) -> None:
+    with pytest.raises(OptionError, match="starts is -1, give how many at most, or 0 for all"):
+        online.measure(tiny, starts=-1)
+
+
+@pytest.mark.slow
+def test_a_building_that_fails_has_neither_beliefs_nor_metres(tiny: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(*_: object) -> None:
+        raise OptionError("no")
+
+    monkeypatch.setattr(online, "read_annotated_buildings", read_as_buildings)
+    monkeypatch.setattr(online, "_follow_ends", fail)
+    results = online.measure(tiny, items=["school0"], starts=1)
+    assert [item.failure for item in results.items] == ["no"]
+    assert not results.select(metric=[LABEL_BELIEF, TYPE_BELIEF, LONGER])
 
 
 def test_too_few_buildings_are_refused(tmp_path: Path) -> None:

@@ -91,6 +91,7 @@ def test_the_perceptron_is_worked_by_hand(monkeypatch):
 def test_the_weights_that_come_with_pianta_fit_the_measures():
     measured = np.zeros((3, len(MEASURES)))
     measured[:, :3] = np.array([[0.5, 0.5, 0.7], [4, 2, 1.2], [9, 3, 2]])
+    # Each is alone at its end: no frontier has a share of 0
     measured[:, MEASURES.index("share of its end")] = 1
     areas = expect_areas(measured)
     assert areas.shape == (3,)

@@ -15,12 +15,14 @@ from pianta.building_types.map_types import (
     OTHER,
     MapExamples,
     MapTypePrediction,
+    describe_map,
     name_map_features,
     train_map_types,
 )
 from pianta.building_types.partial_map_types import train_partial_map_types
 from pianta.errors import LabelError
 from pianta.floor import Floor, Room
+from pianta.rooms.features import describe_rooms
 from pianta_bench.data.annotated_floors import read_annotated_floors
 from pianta_bench.data.typed_maps import name_training_building
 
@@ -70,12 +72,13 @@ class TestGrowingMapTypeModel:
         assert model.predict(ROW).probabilities == pytest.approx(dict(expected.probabilities))
 
     def test_a_floor_without_a_complete_room_is_read_by_the_model_of_parts(self, model):
-        expected = model.partial_model.predict(ROW)
+        expected = model.partial_model.predict_description(describe_map(describe_rooms(ROW)))
         assert expected.probabilities != pytest.approx(dict(model.floor_model.predict(ROW).probabilities))
         assert model.predict(make_partial(4)).probabilities == pytest.approx(dict(expected.probabilities))
 
     def test_with_half_of_the_rooms_complete_the_model_of_parts_counts_seven_eighths(self, model):
-        expected = mix_predictions(model.floor_model.predict(ROW), model.partial_model.predict(ROW), 7 / 8)
+        by_parts = model.partial_model.predict_description(describe_map(describe_rooms(ROW)))
+        expected = mix_predictions(model.floor_model.predict(ROW), by_parts, 7 / 8)
         assert model.predict(make_partial(2)).probabilities == pytest.approx(dict(expected.probabilities))
 
     def test_a_building_is_left_out_of_both(self, model):

@@ -1,4 +1,4 @@
-"""Building types of parts of floors, by logistic regression, and the file of its model."""
+"""Building types of parts of floors, by logistic regression and a forest, and the file of their model."""
 
 from dataclasses import replace
 from math import exp
@@ -23,7 +23,6 @@ from pianta.building_types.partial_map_types import (
     train_partial_map_types,
 )
 from pianta.errors import LabelError, ModelError
-from pianta.floor import Floor
 from pianta.rooms.model_archive import pack_archive
 
 MAX_PARTIAL_BYTES = 1_500_000
@@ -88,6 +87,11 @@ def test_other_counts_twice():
     examples = MapExamples(np.zeros((2, FEATURES)), ("school", OTHER), ("a", "b"), ("made", "made"))
     assert OTHER_WEIGHT == 2
     assert compute_weights(examples) == pytest.approx([2 / 3, 4 / 3])
+    # A source without it counts less: 1 of 1 + 1.5
+    sources = MapExamples(
+        np.zeros((3, FEATURES)), ("school", OTHER, "school"), ("a", "b", "c"), ("made", "made", "drawn")
+    )
+    assert compute_weights(sources) == pytest.approx(np.array([0.5, 1, 1]) * 3 / 2.5)
 
 
 def test_types_that_differ_are_recognised_in_buildings_that_were_left_out():
@@ -108,21 +112,30 @@ def test_a_feature_that_never_varies_does_not_count():
     examples = make_examples()
     features = examples.features.copy()
     features[:, 7] = 4.0
+    features[::2, 7] += 1e-15
     trained = train_partial_map_types(replace(examples, features=features))
     assert trained.regression.weights[:, 7] == pytest.approx(np.zeros(3))
 
 
-def test_a_floor_without_rooms_has_no_type(model):
-    with pytest.raises(LabelError, match="no rooms"):
-        model.predict(Floor(()))
+def test_two_types_are_too_few():
+    examples = make_examples()
+    with pytest.raises(LabelError, match="parts are of 2 types, give 3, of which one may be 'other'"):
+        train_partial_map_types(examples.select(examples.truth > 0))
+
+
+def test_a_model_of_other_types_than_its_weights_is_refused(model):
+    with pytest.raises(ModelError, match="not over the 2 types"):
+        replace(model, classes=CLASSES[:2])
 
 
 @pytest.mark.parametrize(
     ("change", "message"),
     [
         ({"mean": np.zeros(3)}, "have other shapes"),
-        ({"biases": np.array([0.0, np.nan, 0.0])}, "not finite"),
-        ({"spread": np.zeros(1)}, "spread of a feature is not positive"),
+        ({"biases": np.array([0.0, np.nan, 0.0])}, "not a number up to 1e"),
+        ({"weights": np.full((3, 1), 1e300)}, "not a number up to 1e"),
+        ({"spread": np.zeros(1)}, "spread of a feature is below 1e-06"),
+        ({"spread": np.full(1, 1e-300)}, "spread of a feature is below 1e-06"),
     ],
 )
 def test_weights_that_cannot_be_right_are_refused(change, message):
@@ -144,12 +157,11 @@ def test_damaged_files_are_refused_in_one_line(model, tmp_path):
     path = tmp_path / "m.npz"
     save_partial_map_type_model(model, path)
     content = path.read_bytes()
-    save_partial_map_type_model(model, path)
     with np.load(path) as archive:
         text = archive["pianta.json"].decode()
         arrays = {name: archive[name] for name in archive.files if name != "pianta.json"}
     cases = {
-        "": b"",
+        "is empty": b"",
         "no model": content[:-100],
         "weights are damaged": pack_archive(text, "pianta.json", arrays | {"spread": -arrays["spread"]}),
         "trees are damaged": pack_archive(text, "pianta.json", arrays | {"votes": -arrays["votes"]}),
@@ -159,6 +171,10 @@ def test_damaged_files_are_refused_in_one_line(model, tmp_path):
             arrays | {"weights": arrays["weights"][:2].copy(), "biases": arrays["biases"][:2]},
         ),
         "'mean' is": pack_archive(text, "pianta.json", arrays | {"mean": arrays["mean"][None]}),
+        "examples are not finite": pack_archive(
+            text, "pianta.json", arrays | {"examples": arrays["examples"] * np.nan}
+        ),
+        "types of its header": pack_archive(text.replace('"office"', '"home"', 1), "pianta.json", arrays),
         "examples are not those": pack_archive(text, "pianta.json", arrays | {"examples": arrays["examples"][1:]}),
         "other features": pack_archive(text.replace("mean compactness", "mean x"), "pianta.json", arrays),
     }
@@ -175,6 +191,12 @@ def test_the_model_that_comes_with_pianta():
     assert model.classes == CLASSES
     assert set(model.examples.sources) == {"drawn", "mapped", "made"}
     assert DEFAULT_PARTIAL_MODEL.stat().st_size < MAX_PARTIAL_BYTES
+    # It has seen these examples
+    examples = model.examples
+    is_right = model.predict_chances(examples.features).argmax(axis=1) == examples.truth
+    for source, name in {*zip(examples.sources, examples.types, strict=True)}:
+        chosen = (np.array(examples.sources) == source) & (np.array(examples.types) == name)
+        assert is_right[chosen].mean() > 0.7, (source, name)
 
 
 @pytest.mark.slow

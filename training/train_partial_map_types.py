@@ -72,7 +72,7 @@ STOP = 0.97
 RESOLUTION = 0.1
 # Runs on each real map: from the widest point of its largest area, and from a random one.
 MAP_RUNS = 2
-# Where the floors come from: in each source all types count the same.
+# Where the floors come from; in each source all types count the same, but "neither" twice.
 DRAWN_SOURCE = "drawn"
 MADE_SOURCE = "made"
 MAPPED_SOURCE = "mapped"
@@ -223,7 +223,8 @@ def print_figures(examples: MapExamples, complete: Floats, runs: Sequence[Run]) 
     print("type given and right, given and wrong, %, and logarithmic loss")
     for group, count in Counter(groups.tolist()).items():
         chosen = groups == group
-        text = [f"{group}: {count} readings of {len({run.name for run in runs if run.set_name in group})} runs"]
+        names = {run.name for run, is_in in zip(runs, chosen, strict=True) if is_in}
+        text = [f"{group}: {count} readings of {len(names)} runs"]
         for name, chances in predictions.items():
             best = chances.argmax(axis=1)
             is_given = (chances.max(axis=1) >= MIN_TYPE_PROBABILITY) & (best != examples.classes.index(OTHER))

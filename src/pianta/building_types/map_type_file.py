@@ -7,6 +7,7 @@ from functools import cache
 from pathlib import Path
 from typing import Annotated, Any, TypeVar
 
+import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
 
@@ -136,4 +137,7 @@ def read_examples(archive: ModelArchive, header: ExamplesHeader) -> MapExamples:
     lengths = {len(features), len(header.types), len(header.buildings), len(header.sources)}
     if len(lengths) > 1 or features.shape[1] != len(header.features):
         raise ModelError(f"its examples are not those of its header; {REMEDY}")
-    return MapExamples(features.astype(float), tuple(header.types), tuple(header.buildings), tuple(header.sources))
+    examples = MapExamples(features.astype(float), tuple(header.types), tuple(header.buildings), tuple(header.sources))
+    if not np.isfinite(examples.features).all() or examples.classes != tuple(header.classes):
+        raise ModelError(f"its examples are not finite, or not of the types of its header; {REMEDY}")
+    return examples

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -32,7 +32,7 @@ TREES = TreeParameters(trees=300, feature_share=0.2, min_leaf=3)
 TEMPERATURE = 0.8
 # Folds of the cross-validation by buildings; of more buildings, several are left out together.
 FOLDS = 12
-# Least share of the votes for a type: less is ignorance of the forest, not knowledge. Chosen by hand.
+# Least probability of a type, before a temperature: less is ignorance of a model, not knowledge. Chosen by hand.
 MIN_VOTES = 0.01
 # Rooms whose share of the area is a feature: the largest ones.
 LARGEST_ROOMS = 3
@@ -136,7 +136,8 @@ class MapTypeModel:
 
     def leave_out(self, building: str) -> MapTypeModel:
         """The model of all other buildings, trained anew."""
-        return train_map_types(self.examples.select(np.array(self.examples.buildings) != building))
+        others = self.examples.select(np.array(self.examples.buildings) != building)
+        return replace(train_map_types(others), temperature=self.temperature)
 
 
 def make_prediction(classes: Sequence[str], chances: Floats) -> MapTypePrediction:
@@ -187,7 +188,7 @@ def predict_left_out(examples: MapExamples, *, seed: int = 0) -> Floats:
 
 
 def soften(votes: Floats, temperature: float) -> Floats:
-    """Probabilities from the shares of votes, shape (n, classes)."""
+    """Probabilities from the shares of votes, or other probabilities, shape (n, classes)."""
     logs = np.log(np.maximum(votes, MIN_VOTES)) / temperature
     shares = np.exp(logs - logs.max(axis=1, keepdims=True))
     return np.asarray(shares / shares.sum(axis=1, keepdims=True))

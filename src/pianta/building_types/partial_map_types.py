@@ -2,7 +2,8 @@
 
 The parts are of drawn floors, of real maps, and of made floors. Most schools are drawn and most offices are real maps,
 so a model could learn what distinguishes drawings from maps instead. Therefore in each source all types count the
-same. The regression finds more than the forest in parts like those of the training; the forest errs less in others.
+same, but for "neither", which counts twice. The regression finds more than the forest in parts like those of the
+training; the forest errs less in others.
 """
 
 from __future__ import annotations
@@ -18,19 +19,17 @@ from pianta.building_types.map_types import (
     OTHER,
     MapExamples,
     MapTypePrediction,
-    describe_map,
     make_prediction,
     name_map_features,
     soften,
 )
 from pianta.errors import LabelError, ModelError
 from pianta.evaluation.folds import leave_buildings_out
-from pianta.floor import Floor
 from pianta.rooms.extra_trees import TreeParameters, grow_extra_trees
-from pianta.rooms.features import RoomContext, describe_rooms
 from pianta.rooms.forest import Forest
 
-# How these were chosen: card. C of scikit-learn, one over the strength of the L2 penalty, with a mean weight of 1.
+# The card has how these were chosen. The weights in the file are of these values; others need another training.
+# C of scikit-learn, one over the strength of the L2 penalty, with a mean weight of 1.
 INVERSE_PENALTY = 1.0
 # Spreads from the mean, at which a feature stops counting: a sum that goes on grows certain of maps unlike all others.
 MAX_DEVIATION = 3.0
@@ -40,6 +39,12 @@ REGRESSION_TEMPERATURE = 0.8
 FOREST_TEMPERATURE = 0.5
 # How often OTHER counts, over each type: it stands for all other buildings.
 OTHER_WEIGHT = 2.0
+# Of any number of the regression: with larger ones scores would overflow.
+MAX_WEIGHT = 1e9
+# Of a feature of the training, below which it is a constant, and its differences are errors of rounding.
+MIN_SPREAD = 1e-6
+# With two, weights have another form.
+MIN_CLASSES = 3
 # Of the optimisation, which needs some hundred.
 MAX_ITERATIONS = 3000
 
@@ -49,7 +54,7 @@ class Regression:
     """Multinomial logistic regression over standardised features.
 
     mean, spread: of the features of the training, shape (k,). weights: shape (classes, k). biases: shape (classes,).
-    Raises ModelError for arrays that do not fit, or are not finite.
+    Raises ModelError for arrays that do not fit, and for numbers with which scores would overflow.
     """
 
     mean: Floats
@@ -58,14 +63,15 @@ class Regression:
     biases: Floats
 
     def __post_init__(self) -> None:
+        """Check the arrays."""
         arrays = self.mean, self.spread, self.weights, self.biases
         classes, features = len(self.biases), len(self.mean)
         if [each.shape for each in arrays] != [(features,), (features,), (classes, features), (classes,)]:
             raise ModelError(f"the weights of {classes} types and {features} features have other shapes")
-        if not all(np.isfinite(each).all() for each in arrays):
-            raise ModelError("its weights are not finite")
-        if not (self.spread > 0).all():
-            raise ModelError("the spread of a feature is not positive")
+        if not all((np.abs(each) <= MAX_WEIGHT).all() for each in arrays):
+            raise ModelError(f"a weight is not a number up to {MAX_WEIGHT:g}")
+        if not (self.spread >= MIN_SPREAD).all():
+            raise ModelError(f"the spread of a feature is below {MIN_SPREAD:g}")
 
     def predict(self, features: Floats) -> Floats:
         """Probabilities of the classes, shape (n, classes), from features of shape (n, k)."""
@@ -83,6 +89,7 @@ class PartialMapTypeModel:
     """A model of the types of parts of floors.
 
     regression, forest: over the classes, of which OTHER may be one. examples: what it was trained on.
+    Raises ModelError if both are not over the classes.
     """
 
     regression: Regression
@@ -90,14 +97,10 @@ class PartialMapTypeModel:
     classes: tuple[str, ...]
     examples: MapExamples
 
-    def predict(self, floor: Floor, *, context: RoomContext | None = None) -> MapTypePrediction:
-        """The type of a floor, by its rooms and doors alone; raises LabelError for a floor without rooms.
-
-        context: of its rooms, by `describe_rooms`; None to compute it.
-        """
-        if not floor.rooms:
-            raise LabelError("the floor has no rooms, so its building type cannot be predicted")
-        return self.predict_description(describe_map(context or describe_rooms(floor)))
+    def __post_init__(self) -> None:
+        """Check the numbers of classes."""
+        if not len(self.classes) == len(self.regression.biases) == self.forest.classes:
+            raise ModelError(f"its weights or trees are not over the {len(self.classes)} types that it names")
 
     def predict_description(self, features: Floats) -> MapTypePrediction:
         """The type of a floor, from its features of `describe_map`, shape (k,)."""
@@ -118,7 +121,7 @@ class PartialMapTypeModel:
 def compute_weights(examples: MapExamples) -> Floats:
     """Weights by which all sources count the same, in one all types, in these all buildings, shape (n,); mean 1.
 
-    OTHER counts OTHER_WEIGHT times as much.
+    After that OTHER counts OTHER_WEIGHT times as much, so that sources with it count more.
     """
     rows = [*zip(examples.sources, examples.types, examples.buildings, strict=True)]
     per_building = Counter(rows)
@@ -132,7 +135,14 @@ def compute_weights(examples: MapExamples) -> Floats:
 
 
 def train_partial_map_types(examples: MapExamples, *, seed: int = 0) -> PartialMapTypeModel:
-    """Train a model on parts of floors of three types or more, with their sources; needs scikit-learn."""
+    """Train a model on parts of floors, with their sources; needs scikit-learn.
+
+    Raises LabelError for fewer than three types, OTHER among them.
+    """
+    if len(examples.classes) < MIN_CLASSES:
+        raise LabelError(
+            f"the parts are of {len(examples.classes)} types, give {MIN_CLASSES}, of which one may be {OTHER!r}"
+        )
     weights = compute_weights(examples)
     grown = grow_extra_trees(examples.features, examples.truth, weights, parameters=TREES, seed=seed)
     forest = Forest.from_trees(grown, len(examples.classes))
@@ -153,7 +163,7 @@ def _fit_regression(examples: MapExamples, weights: Floats) -> Regression:
 
     count, features = len(examples.classes), len(name_map_features())
     mean, spread = examples.features.mean(axis=0), examples.features.std(axis=0)
-    blank = Regression(mean, np.where(spread > 0, spread, 1.0), np.zeros((count, features)), np.zeros(count))
+    blank = Regression(mean, np.where(spread >= MIN_SPREAD, spread, 1.0), np.zeros((count, features)), np.zeros(count))
     fitted = LogisticRegression(C=INVERSE_PENALTY, max_iter=MAX_ITERATIONS).fit(
         blank.standardise(examples.features), examples.truth, sample_weight=weights
     )

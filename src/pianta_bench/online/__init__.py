@@ -19,7 +19,7 @@ Items = Annotated[
 ]
 MostRooms = Annotated[int, typer.Option("--most-rooms", help="Larger buildings are left out.", min=2)]
 Starts = Annotated[
-    int, typer.Option(help="From which robots drive, the most for each building; 0 for all. Metres count all.", min=0)
+    int, typer.Option(help="From which metres are measured, the most for each building; 0 for all.", min=0)
 ]
 Seed = Annotated[int, typer.Option(min=0, max=2**31, help="Of the noise of the lidar.")]
 

@@ -94,8 +94,10 @@ def measure(
     Models of rooms and types, and what the policy predicts, are learned without the building. Floors in several parts,
     or with labels that the type does not have, are explored, but what the policy predicts is not learned from them;
     details["unmodelled"] has the reason of each.
-    Raises DataError for too few buildings, and OptionError for an unknown type or name.
+    Raises DataError for too few buildings, and OptionError for an unknown type or name, and for starts below 0.
     """
+    if starts < 0:
+        raise OptionError(f"starts is {starts}, give how many at most, or 0 for all")
     if type not in SCHEMAS:
         raise OptionError(f"type is {type!r}, give one of {', '.join(SCHEMAS)}")
     results = Results({"type": type, "most_rooms": most_rooms, "starts": starts, "seed": seed})
@@ -138,6 +140,8 @@ def _measure_building(building: _Building) -> Results:
     beliefs: list[Belief] = []
     ways: list[Figures] = []
     results.measure(part, name, lambda: _explore_building(building, beliefs, ways))
+    if results.failed:
+        return results
     for metric, probability, is_right in beliefs:
         results.add(part, name, {metric: float(is_right)}, probability=probability)
     for start, metres in enumerate(ways):
@@ -150,7 +154,7 @@ def _explore_building(building: _Building, beliefs: list[Belief], ways: list[Fig
     truth = replace(building.annotated.floor, source=building.annotated.item)
     world = build_world(truth)
     model = learn_type(building.graphs, SCHEMAS[building.building_type])
-    make_predicting = partial(make_policy, PREDICTED, sampler=FloorSampler(model))
+    sampler = FloorSampler(model)
     room_model = train_rooms(building.others)
     own = name_training_building(building.annotated.building)
     type_model = read_default_growing_map_type_model()
@@ -159,35 +163,34 @@ def _explore_building(building: _Building, beliefs: list[Belief], ways: list[Fig
     make_mapper = partial(Mapper, room_model=room_model, type_model=type_model)
     # The robot that drives knows the type, as the policy needs labels of it
     make_driving = partial(make_mapper, building_type=building.building_type)
-    by_map, *_ = _drive(building, world, make_predicting, make_driving, ways)
+    drive = partial(_drive, world, partial(make_policy, PREDICTED, sampler=sampler), make_driving, building.seed)
+    first, *further = find_starts(world)[: building.starts or None]
+    by_map, metres = drive(first)
     # The robot that is asked does not
     compared = _Compared(by_map, world, truth)
     yield from _follow(make_mapper(), by_map, compared, beliefs)
     # One that knows the type can say what lies behind doors
     yield from _follow_ends(make_mapper(model=model), by_map, compared, beliefs)
+    ways += [metres, *(drive(start)[1] for start in further)]
 
 
 def _drive(
-    building: _Building,
     world: World,
     make_predicting: Callable[[], Policy],
     make_driving: Callable[[], Mapper],
-    ways: list[Figures],
-) -> list[Exploration]:
-    """The runs of robots that read their maps, one from each start; ways gets their metres and those without error."""
-    runs = []
-    for start in find_starts(world)[: building.starts or None]:
-        run, perfect = (
-            explore(world, make_predicting(), starts=[start], perception=perception, seed=building.seed)
-            for perception in (make_driving(), PERFECT)
-        )
-        by_map, without_error = (
-            metres if isfinite(metres := each.distance_to(SHARE_DRIVEN)) else None for each in (run, perfect)
-        )
-        longer = by_map / without_error if by_map is not None and without_error else None
-        ways.append({METRES_MAP: by_map, METRES_PERFECT: without_error, LONGER: longer})
-        runs.append(run)
-    return runs
+    seed: int,
+    start: tuple[float, float],
+) -> tuple[Exploration, Figures]:
+    """The run of a robot that reads its map, and its metres beside those without error; None if not so far."""
+    run, perfect = (
+        explore(world, make_predicting(), starts=[start], perception=perception, seed=seed)
+        for perception in (make_driving(), PERFECT)
+    )
+    by_map, without_error = (
+        metres if isfinite(metres := each.distance_to(SHARE_DRIVEN)) else None for each in (run, perfect)
+    )
+    longer = by_map / without_error if by_map is not None and without_error else None
+    return run, {METRES_MAP: by_map, METRES_PERFECT: without_error, LONGER: longer}
 
 
 def _follow(mapper: Mapper, run: Exploration, compared: _Compared, beliefs: list[Belief]) -> Iterator[Figures]:

@@ -9,6 +9,7 @@ from statistics import fmean
 import numpy as np
 
 from pianta.evaluation.bootstrap import bootstrap_mean
+from pianta.evaluation.semantics import bin_reliability
 from pianta_bench.harness.records import Record, Results
 from pianta_bench.harness.tables import Cell, FilledTable, Table
 from pianta_bench.online.measure import (
@@ -134,12 +135,12 @@ def _describe_ways(results: Results) -> Iterator[str]:
     )
     if interval:
         yield (
-            f"Metres: of {len(counted)} ways, the mean of each building first. Over perfect: {interval.low:.2f} to "
-            f"{interval.high:.2f}, 95 % of the means when buildings are resampled (bootstrap)."
+            f"Metres: of {len(counted)} ways, the mean of each floor first. Over perfect: {interval.low:.2f} to "
+            f"{interval.high:.2f}, 95 % of the means when floors are resampled (bootstrap)."
         )
     left_out = [f"{way['item']} start {way['start']}" for way in ways if way["value"] is None]
     if left_out:
-        yield f"Not 90 % by both, left out: {', '.join(left_out)}."
+        yield f"Without 90 % by both, or with 0 m, left out: {', '.join(left_out)}."
 
 
 def _calibrate(results: Results) -> Iterator[Record]:
@@ -149,12 +150,8 @@ def _calibrate(results: Results) -> Iterator[Record]:
         if not records:
             continue
         probability = np.array([record["probability"] for record in records])
-        is_right = np.array([record["value"] for record in records])
-        bins = np.minimum((probability * BINS).astype(int), BINS - 1)
-        error = sum(
-            abs(probability[bins == each].mean() - is_right[bins == each].mean()) * (bins == each).mean()
-            for each in np.unique(bins)
-        )
+        is_right = np.array([record["value"] for record in records]) > 0
+        error = bin_reliability(probability, is_right, bins=BINS).error
         figures = {"belief": probability.mean(), "right": is_right.mean(), "error": error}
         yield from (
             {"part": "", "metric": metric, "figure": name, "value": float(value)} for name, value in figures.items()
