@@ -69,9 +69,11 @@ class Site:
             height, width = building.shape
             padded = np.pad(site, ((height, height), (width, width)))
             overlap = cv2.matchTemplate(padded, building, cv2.TM_CCORR)
-            row, column = np.unravel_index(int(np.argmax(overlap)), overlap.shape)
-            outside = (float(building.sum()) - float(overlap[row, column])) * pool**2
-            positions.append(Position(turns, (int(row) - height) * pool, (int(column) - width) * pool, outside))
+            row, column = map(int, np.unravel_index(int(np.argmax(overlap)), overlap.shape))
+            # Not from the overlap, which OpenCV may round
+            is_free = 1.0 - padded[row : row + height, column : column + width]
+            outside = float((building * is_free).sum()) * pool**2
+            positions.append(Position(turns, (row - height) * pool, (column - width) * pool, outside))
         return min(positions, key=lambda position: position.outside)
 
     def put(self, cells: Cells) -> Cells | None:
