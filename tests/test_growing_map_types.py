@@ -23,6 +23,7 @@ from pianta.building_types.partial_map_types import train_partial_map_types
 from pianta.errors import LabelError
 from pianta.floor import Floor, Room
 from pianta.rooms.features import describe_rooms
+from pianta.worlds.floors import make_floor
 from pianta_bench.data.annotated_floors import read_annotated_floors
 from pianta_bench.data.typed_maps import name_training_building
 
@@ -113,7 +114,38 @@ def test_the_models_that_come_with_pianta():
     assert sum(prediction.probabilities.values()) + prediction.neither == pytest.approx(1)
 
 
+def make_western_half(floor: Floor) -> Floor:
+    """The rooms whose centre is in the western half, every third one partial, without labels."""
+    middle = np.median([room.polygon.centroid.x for room in floor])
+    chosen = [room for room in floor if room.polygon.centroid.x <= middle]
+    rooms = tuple(Room(room.id, room.polygon, partial=index % 3 == 0) for index, room in enumerate(chosen))
+    ids = {room.id for room in rooms}
+    return Floor(rooms, tuple(door for door in floor.doors if ids.issuperset(door.room_ids)))
+
+
+@pytest.mark.parametrize(
+    "maker",
+    [
+        "home",
+        pytest.param("depot", marks=pytest.mark.xfail(strict=True, reason="8 of 16 exact halves of depots get a type")),
+    ],
+)
+def test_parts_of_homes_and_depots_are_seldom_given_a_type(maker):
+    model = read_default_growing_map_type_model()
+    parts = [make_western_half(make_floor(maker, seed=seed)) for seed in range(16)]
+    assert sum(model.predict(part).is_known for part in parts) <= 3
+
+
 def test_all_drawn_buildings_can_be_left_out(data):
     floors, _ = read_annotated_floors(data)
     buildings = {name_training_building(each.building) for each in floors if each.kind in {"office", "school"}}
     assert buildings <= read_default_growing_map_type_model().buildings
+
+
+def test_parts_of_schools_are_schools(data):
+    """Every fourth school; the model has seen other parts of them."""
+    floors, _ = read_annotated_floors(data)
+    schools = [each.floor for each in floors if each.kind == "school"][::4]
+    model = read_default_growing_map_type_model()
+    is_right = [model.predict(make_western_half(school)).likeliest == "school" for school in schools]
+    assert np.mean(is_right) >= 0.7

@@ -65,7 +65,8 @@ class MapExamples:
     """Floors to train on.
 
     features: of `describe_map`, shape (n, k). types: of each, OTHER for none of the predicted ones.
-    buildings, sources: of each; floors of one building have the same, and are left out together.
+    buildings: of each; floors of one building have the same, and are left out together. sources: the name of each, or
+    where it comes from.
     """
 
     features: Floats
