@@ -106,11 +106,21 @@ def test_metres_are_the_means_of_buildings_over_the_starts_that_both_robots_fini
         results.add("school", item, metres, start=start)
     results.add("school", "b", {METRES_MAP: None, METRES_PERFECT: 90.0, LONGER: None}, start=1)
     _, end, _ = tabulate(results)
-    means = {metric: end.rows[metric][""].mean for metric in (METRES_MAP, METRES_PERFECT, LONGER)}
+    means = {metric: end.rows[metric]["school"].mean for metric in (METRES_MAP, METRES_PERFECT, LONGER)}
     assert means == {METRES_MAP: 16.0, METRES_PERFECT: 11.5, LONGER: pytest.approx((1.25 + 1.5) / 2)}
-    *_, interval, left_out = end.notes
-    assert interval.startswith("Metres: of 3 ways, the mean of each floor first. Over perfect: 1.25 to 1.50, ")
-    assert left_out == "Without 90 % by both, or with 0 m, left out: b start 1."
+    assert list(end.columns) == ["school"]
+    assert end.notes[-3:] == (
+        "Ways for the metres: 3. The mean of each floor comes first.",
+        "Over perfect: 1.25 to 1.50, 95 % of the means when floors are resampled (bootstrap).",
+        "Without 90 % by both, or with 0 m, left out: b start 1.",
+    )
+
+
+def test_a_single_floor_has_no_interval() -> None:
+    results = Results({"type": "school", "seed": 0})
+    results.add("school", "a", {METRES_MAP: 10.0, METRES_PERFECT: 8.0, LONGER: 1.25}, start=0)
+    _, end, _ = tabulate(results)
+    assert end.notes[-1] == "Ways for the metres: 1. The mean of each floor comes first."
 
 
 def test_the_type_counts_from_where_it_is_right_to_the_end() -> None:

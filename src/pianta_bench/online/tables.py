@@ -115,8 +115,10 @@ def _average_starts(results: Results) -> list[Record]:
     """The mean metres, and ratios, of each building over the starts from which both robots get so far."""
     records: list[Record] = []
     for metric in (METRES_MAP, METRES_PERFECT, LONGER):
-        for item, each in groupby(_select_ways(results, metric), key=lambda record: record["item"]):
-            records.append({"part": "", "item": item, "metric": metric, "value": fmean(way["value"] for way in each)})
+        ways = _select_ways(results, metric)
+        for (part, item), each in groupby(ways, key=lambda way: (way["part"], way["item"])):
+            value = fmean(way["value"] for way in each)
+            records.append({"part": part, "item": item, "metric": metric, "value": value})
     return records
 
 
@@ -134,9 +136,11 @@ def _describe_ways(results: Results) -> Iterator[str]:
         seed=results.options["seed"],
     )
     if interval:
+        yield f"Ways for the metres: {len(counted)}. The mean of each floor comes first."
+    if interval and interval.count > 1:
         yield (
-            f"Metres: of {len(counted)} ways, the mean of each floor first. Over perfect: {interval.low:.2f} to "
-            f"{interval.high:.2f}, 95 % of the means when floors are resampled (bootstrap)."
+            f"Over perfect: {interval.low:.2f} to {interval.high:.2f}, 95 % of the means when floors are resampled "
+            "(bootstrap)."
         )
     left_out = [f"{way['item']} start {way['start']}" for way in ways if way["value"] is None]
     if left_out:
